@@ -9,7 +9,8 @@ module dda_fixed_points
    use dda_motion, only: motion_type, displacement_of, velocity_of
    use dda_scheme, only: step_type
    use dda_small_matrix, only: invert_matrix
-   use dda_spring_element, only: spring_element_type, spring_type, dashpots_of, target_rate
+   use dda_spring_element, only: spring_element_type, spring_type, ground_type, dashpots_of, &
+      find_ground, target_rate
    use dda_support, only: fixed_point_type
    implicit none
    private
@@ -100,10 +101,12 @@ contains
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
+      type(ground_type) :: ground
       integer :: i
 
       do i = 1, size(self%point)
-         self%rate(:, i) = target_rate(self%point(i)%motion, self%rate(:, i), self%motions, step)
+         call find_ground(ground, self%point(i)%motion, self%motions, step)
+         self%rate(:, i) = target_rate(ground, self%rate(:, i), step)
       end do
    end subroutine accept_step
 

@@ -24,7 +24,8 @@ module dda_spring_element
    use dda_scheme, only: step_type, end_time, end_rate, velocity_weight
    implicit none
    private
-   public :: spring_element_type, spring_type, extension_change, dashpots_of, target_rate
+   public :: spring_element_type, spring_type, ground_type, extension_change, dashpots_of, &
+      find_ground, target_rate
 
    !> The two springs of an element in the present geometry.
    type :: spring_type
@@ -36,6 +37,14 @@ module dda_spring_element
       integer :: motion(2) = 0          !< motions to which the stretch is relative; 0: none
       real(wp) :: rate(2) = 0.0_wp      !< velocity of these motions at the start of the step, m/s
    end type spring_type
+
+   !> Motions of the ground in a step.
+   type :: ground_type
+      integer :: motion(2) = -1  !< numbers of the motions; 0: none; −1: not evaluated
+      real(wp) :: start(2)       !< displacement at the start of the step, m
+      real(wp) :: end(2)         !< displacement at the end of the step, m
+      real(wp) :: velocity(2)    !< velocity of the record at the end, m/s; only for χ = ½
+   end type ground_type
 
    !> All elements of a kind with springs.
    type, abstract, extends(element_type) :: spring_element_type
@@ -91,19 +100,32 @@ contains
       fraction = merge(1.0_wp, step%scheme%theta, self%instant == at_end)
    end function act_fraction
 
-   !> Return the velocity of the motions at the end of a step, m/s.
-   pure function target_rate(motion, start_rate, motions, step) result(rate)
+   !> Evaluate the motions with these numbers, unless `ground` contains them already.
+   pure subroutine find_ground(ground, motion, motions, step)
+      type(ground_type), intent(inout) :: ground   !< motions of the last element
       integer, intent(in) :: motion(2)             !< numbers of the motions; 0: none
-      real(wp), intent(in) :: start_rate(2)            !< velocity at the start of the step, m/s
       type(motion_type), intent(in) :: motions(:)  !< prescribed motions
       type(step_type), intent(in) :: step          !< the present step
+
+      if (ground%motion(1) == motion(1) .and. ground%motion(2) == motion(2)) return
+      ground%motion = motion
+      ground%start = displacement_of(motions, motion, step%time)
+      ground%end = displacement_of(motions, motion, end_time(step))
+      if (.not. step%scheme%chi > 0.5_wp) &
+         ground%velocity = velocity_of(motions, motion, end_time(step))
+   end subroutine find_ground
+
+   !> Return the velocity of the motions at the end of a step, m/s.
+   pure function target_rate(ground, start_rate, step) result(rate)
+      type(ground_type), intent(in) :: ground  !< motions in the step
+      real(wp), intent(in) :: start_rate(2)    !< velocity at the start of the step, m/s
+      type(step_type), intent(in) :: step      !< the present step
       real(wp) :: rate(2)
 
       if (step%scheme%chi > 0.5_wp) then
-         rate = end_rate(step, displacement_of(motions, motion, end_time(step)) &
-            - displacement_of(motions, motion, step%time), start_rate)
+         rate = end_rate(step, ground%end - ground%start, start_rate)
       else
-         rate = velocity_of(motions, motion, end_time(step))
+         rate = ground%velocity
       end if
    end function target_rate
 
@@ -152,19 +174,21 @@ contains
       type(step_type), intent(in) :: step             !< the present step
       real(wp), intent(inout) :: load(:,:)            !< [6,blocks] forces, N/m …
       type(spring_type) :: spring
-      real(wp) :: force(2), target(2), c(2)
+      type(ground_type) :: ground
+      real(wp) :: force(2), target(2), c(2), fraction
       integer :: i
 
+      fraction = act_fraction(self, step)
       do i = 1, self%n
          call self%get_spring(i, blocks, spring)
          if (spring%block(1) == 0) cycle
-         target = displacement_of(self%motions, spring%motion, end_time(step))
-         if (act_fraction(self, step) < 1.0_wp) target = target + (1.0_wp - act_fraction(self, &
-            step)) *(displacement_of(self%motions, spring%motion, step%time) - target)
+         call find_ground(ground, spring%motion, self%motions, step)
+         target = ground%end
+         if (fraction < 1.0_wp) target = target + (1.0_wp - fraction)*(ground%start - target)
          force = -spring%stiffness*(spring%stretch - target)
          c = dashpots_of(self, spring, step)
          if (any(c > 0.0_wp)) force = force + c*(velocity_weight(step)*extension_change(spring, &
-            blocks%velocity) + target_rate(spring%motion, spring%rate, self%motions, step))
+            blocks%velocity) + target_rate(ground, spring%rate, step))
          associate (row => spring%row, a => spring%block(1), b => spring%block(2))
             load(:, a) = load(:, a) + (force(1)*row(:, 1, 1) + force(2)*row(:, 2, 1))
             if (b > 0) load(:, b) = load(:, b) - (force(1)*row(:, 1, 2) + force(2)*row(:, 2, 2))
@@ -179,14 +203,15 @@ contains
       type(step_type), intent(in) :: step             !< the next step
       type(energy_type), intent(inout) :: energy      !< energy budget, J per metre
       type(spring_type) :: spring
+      type(ground_type) :: ground
       integer :: i
 
       do i = 1, self%n
          call self%get_spring(i, blocks, spring)
          if (spring%block(1) == 0) cycle
+         call find_ground(ground, spring%motion, self%motions, step)
          call add_energy(energy, energy_support, spring_energy(self, spring, step, &
-            spring%stretch - displacement_of(self%motions, spring%motion, step%time), &
-            extension_change(spring, blocks%velocity) - spring%rate))
+            spring%stretch - ground%start, extension_change(spring, blocks%velocity) - spring%rate))
       end do
    end subroutine add_stored_energy
 
@@ -209,6 +234,7 @@ contains
       real(wp), intent(in) :: d(:,:)                  !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy      !< energy budget, J per metre
       type(spring_type) :: spring
+      type(ground_type) :: ground
       real(wp) :: y(2), motion_change(2), change(2), rate(2), w(2), w0(2), c(2), fraction
       integer :: i
 
@@ -218,12 +244,12 @@ contains
             call self%get_spring(i, blocks, spring)
             if (spring%block(1) == 0) cycle
             c = dashpots_of(self, spring, step)
-            y = displacement_of(self%motions, spring%motion, step%time)
-            motion_change = displacement_of(self%motions, spring%motion, end_time(step)) - y
+            call find_ground(ground, spring%motion, self%motions, step)
+            motion_change = ground%end - ground%start
             change = extension_change(spring, d)
             w = 0.0_wp
             if (any(c > 0.0_wp)) then
-               rate = target_rate(spring%motion, spring%rate, self%motions, step)
+               rate = target_rate(ground, spring%rate, step)
                w0 = extension_change(spring, blocks%velocity)
                w = end_rate(step, change, w0) - rate
                call add_energy(energy, energy_damping, dt*sum(c*((2.0_wp*chi - 1.0_wp)*w**2 &
@@ -232,7 +258,7 @@ contains
                   (1.0_wp - chi)*spring%rate + chi*rate))
             end if
             change = change - motion_change
-            y = spring%stretch - y
+            y = spring%stretch - ground%start
             call add_energy(energy, energy_support, spring_energy(self, spring, step, y + change, &
                w))
             call add_energy(energy, energy_algorithmic, (fraction - 0.5_wp)*sum(k*change**2))
