@@ -11,7 +11,7 @@ module dda_body_drift
    use dda_contact, only: contacts_type
    use dda_contact_gradients, only: acting_rows, relative_motion, rows_type
    use dda_linear_solver, only: solver_type, record_rigid_terms, weigh_loads
-   use dda_linear_terms, only: blocks_in, get_row, step_weights, stretch_of
+   use dda_linear_terms, only: blocks_in, get_row, instants, step_weights, stretch_of
    use dda_scheme, only: step_type
    use dda_system, only: system_type
    implicit none
@@ -32,7 +32,7 @@ contains
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(blocks_type), intent(in) :: blocks     !< blocks in their present state
       type(step_type), intent(in) :: step         !< the present step
-      real(wp) :: weights(size(step_weights(step))), row(6), force
+      real(wp) :: weights(instants), row(6), force
       integer :: i, k, b
 
       system%drifts = .false.

@@ -213,7 +213,7 @@ contains
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
-      real(wp) :: first_energy, end_energy, lift, stretched, work, slip_loss
+      real(wp) :: first_energy, end_energy, lift, stretched, work, slip_loss, loss
       logical :: breaks
 
       stretched = end_stretch(contacts, laws, c)
@@ -240,9 +240,12 @@ contains
             total(5) = total(5) + contacts%normal_force(c)*lift
          end if
       end if
-      associate (i => merge(3, 4, breaks))
-         total(i) = total(i) + (first_energy - end_energy - work - slip_loss)
-      end associate
+      loss = first_energy - end_energy - work - slip_loss
+      if (breaks) then
+         total(3) = total(3) + loss
+      else
+         total(4) = total(4) + loss
+      end if
    end subroutine add_contact
 
    !> Find the energies of a contact under a joint law at the start and at the end of the step, and

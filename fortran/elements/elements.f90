@@ -163,7 +163,10 @@ contains
       type(elements_type), intent(in) :: elements  !< elements of the model
       integer :: i
 
-      pack_terms = any([(elements%kind(i)%element%packs, i=1, size(elements%kind))])
+      pack_terms = .false.
+      do i = 1, size(elements%kind)
+         pack_terms = pack_terms .or. elements%kind(i)%element%packs
+      end do
    end function pack_terms
 
    !> Add all terms to K̂ that need no list.
