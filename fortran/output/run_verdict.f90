@@ -12,9 +12,10 @@ module dda_run_verdict
    use dda_energy, only: energy_residual
    use dda_equilibrium, only: find_farthest_block
    use dda_output_schema
-   use dda_point_intensity, only: intensity_type, new_intensity, add_motion, arias_intensity
+   use dda_point_intensity, only: intensity_type, new_intensity, add_motion, arias_intensity, &
+      unfiltered, low_passed
    use dda_resolved_band, only: resolved_frequency
-   use dda_response_spectrum, only: low_passed_peak, find_spectral_acceleration
+   use dda_response_spectrum, only: low_passed_peaks, find_spectral_accelerations, motions
    use dda_rest_bound, only: is_at_rest
    use dda_running_maxima, only: min_movement
    use dda_simulation, only: simulation_type, ending, gravity_is_sudden
@@ -55,19 +56,16 @@ contains
    end function new_verdict
 
    !> Add samples in the order of the run.
-   !> The outer loop is over points, which keeps the oscillators of a point in the cache.
    pure subroutine add_samples(verdict, time, velocity, acceleration)
       type(run_verdict_type), intent(inout) :: verdict   !< verdict of the samples so far
       real(wp), intent(in) :: time(:)                    !< [samples] s
       real(wp), intent(in) :: velocity(:,:)              !< [2 × points, samples] m/s
       real(wp), intent(in) :: acceleration(:,:)          !< [2 × points, samples] m/s²
-      integer :: i, sample
+      integer :: i
 
       do i = 1, size(verdict%intensity)
-         do sample = 1, size(time)
-            call add_motion(verdict%intensity(i), time(sample), velocity(2*i - 1:2*i, sample), &
-               acceleration(2*i - 1:2*i, sample))
-         end do
+         call add_motion(verdict%intensity(i), time, velocity(2*i - 1:2*i, :), &
+            acceleration(2*i - 1:2*i, :))
       end do
    end subroutine add_samples
 
@@ -372,23 +370,22 @@ contains
       integer, intent(in) :: i                           !< number of the point
       logical, intent(in) :: with_table                  !< add table lines
       character(len=:), allocatable :: name
-      real(wp) :: sa(2), period(2), arias(2), unresolved
+      real(wp), dimension(motions) :: sa, at, arias
 
       associate (intensity => verdict%intensity(i))
-         if (.not. maxval(intensity%unfiltered%acceleration) > 0.0_wp) return
+         if (.not. maxval(intensity%acceleration(unfiltered)) > 0.0_wp) return
          name = point_label(simulation%model%points(i)%name, i)
-         call add_unfiltered(verdict, intensity, name)
+         call find_spectral_accelerations(intensity%oscillators, intensity%spectra, &
+            intensity%last_acceleration, sa, at)
+         call add_unfiltered(verdict, intensity, name, sa(unfiltered), at(unfiltered))
          call add_value(verdict, 'resolved_frequency_hz['//name//']', verdict%frequency)
-         call find_spectral_acceleration(intensity%oscillators, intensity%low_passed%spectrum, &
-            intensity%low_passed%last_acceleration, sa, period)
-         arias = arias_intensity(intensity%low_passed)
-         unresolved = 1 - maxval(arias)/arias_intensity(intensity%unfiltered(maxloc(arias, 1)))
-         call add_point('PGA', 'pga_resolved_m_s2', intensity%low_passed%acceleration, 'm/s^2', '')
+         arias = arias_intensity(intensity)
+         call add_point('PGA', 'pga_resolved_m_s2', intensity%acceleration(low_passed), 'm/s^2', '')
          call add_point('PGV', 'pgv_m_s', intensity%velocity, 'm/s', '')
-         call add_point('Arias intensity', 'arias_resolved_m_s', arias, 'm/s', &
-            high_frequency_text(unresolved))
-         call add_point('largest Sa, ζ=5 %', 'sa_resolved_m_s2', sa, 'm/s^2', &
-            '; at '//short_text(0.01_wp*nint(100.0_wp*period(maxloc(sa, 1))))//' s')
+         call add_point('Arias intensity', 'arias_resolved_m_s', arias(low_passed), 'm/s', &
+            high_frequency_text(arias))
+         call add_point('largest Sa, ζ=5 %', 'sa_resolved_m_s2', sa(low_passed), 'm/s^2', '; at ' &
+            //short_text(0.01_wp*nint(100.0_wp*at(low_passed(maxloc(sa(low_passed), 1)))))//' s')
       end associate
 
    contains
@@ -418,23 +415,21 @@ contains
    end subroutine judge_point
 
    !> Add the results for all frequencies, along the axis with the larger value.
-   subroutine add_unfiltered(verdict, intensity, name)
+   subroutine add_unfiltered(verdict, intensity, name, sa, period)
       type(run_verdict_type), intent(inout) :: verdict  !< values are added
       type(intensity_type), intent(in) :: intensity     !< shaking of a point along both axes
       character(len=*), intent(in) :: name              !< name of the point
-      real(wp) :: sa(2), period(2)
+      real(wp), intent(in) :: sa(2), period(2)  !< largest spectral accelerations, m/s²; periods, s
+      real(wp), dimension(motions) :: below_50_hz, arias
 
-      associate (raw => intensity%unfiltered)
-         call find_spectral_acceleration(intensity%oscillators, raw%spectrum, &
-            raw%last_acceleration, sa, period)
-         call add_value(verdict, 'pga_m_s2['//name//']', maxval(raw%acceleration))
-         call add_value(verdict, 'pga_below_50_hz_m_s2['//name//']', &
-            maxval(low_passed_peak(raw%spectrum)))
-         call add_value(verdict, 'arias_m_s['//name//']', maxval(arias_intensity(raw)))
-         if (.not. maxval(sa) > 0.0_wp) return  ! the time steps are too long for a spectrum
-         call add_value(verdict, 'sa_m_s2['//name//']', maxval(sa))
-         call add_value(verdict, 'sa_period_s['//name//']', period(maxloc(sa, 1)))
-      end associate
+      below_50_hz = low_passed_peaks(intensity%spectra)
+      arias = arias_intensity(intensity)
+      call add_value(verdict, 'pga_m_s2['//name//']', maxval(intensity%acceleration(unfiltered)))
+      call add_value(verdict, 'pga_below_50_hz_m_s2['//name//']', maxval(below_50_hz(unfiltered)))
+      call add_value(verdict, 'arias_m_s['//name//']', maxval(arias(unfiltered)))
+      if (.not. maxval(sa) > 0.0_wp) return  ! the time steps are too long for a spectrum
+      call add_value(verdict, 'sa_m_s2['//name//']', maxval(sa))
+      call add_value(verdict, 'sa_period_s['//name//']', period(maxloc(sa, 1)))
    end subroutine add_unfiltered
 
    !> Add slip, opening and force of measured joints.
@@ -486,11 +481,15 @@ contains
    end subroutine judge_joint
 
    !> Text on the fraction of an intensity at unresolved frequencies, if this fraction is large.
-   pure function high_frequency_text(fraction) result(text)
-      real(wp), intent(in) :: fraction  !< fraction, 0 … 1
+   pure function high_frequency_text(arias) result(text)
+      real(wp), intent(in) :: arias(motions)  !< Arias intensities, m/s
       character(len=:), allocatable :: text
+      real(wp) :: fraction
+      integer :: axis
 
       text = ''
+      axis = maxloc(arias(low_passed), 1)
+      fraction = 1 - arias(low_passed(axis))/arias(unfiltered(axis))
       if (fraction > min_excess) text = '; '//to_text(nint(100*fraction))// &
          ' % more with higher frequencies, due to ringing or impacts'
    end function high_frequency_text

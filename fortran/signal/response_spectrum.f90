@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Acceleration response spectra of motions, computed sample by sample.
+!> Acceleration response spectra of motions, computed in the order of the samples.
 !>
 !> An oscillator u'' + 2ζω u' + ω² u = −a has, with λ = −ζω + iω√(1 − ζ²) and q = u' − λ̄ u, one
 !> complex equation of first order, q' = λq − a.  For an acceleration that is linear between its
@@ -16,9 +16,8 @@ module dda_response_spectrum
    use dda_kinds, only: wp, pi
    implicit none
    private
-   public :: oscillators_type, response_spectrum_type, periods, new_oscillators, continue_motion, &
-      find_spectral_acceleration
-   public :: oscillator_peaks, low_passed_peak
+   public :: oscillators_type, response_spectra_type, motions, continue_motions, &
+      find_spectral_accelerations, oscillator_peaks, low_passed_peaks
 
    real(wp), parameter :: damping = 0.05_wp
    real(wp), parameter :: min_period = 0.02_wp, max_period = 5.0_wp  !< periods, s
@@ -30,33 +29,23 @@ module dda_response_spectrum
    real(wp), parameter :: same_step = 1.0e-9_wp         !< relative difference: rounding of times
    real(wp), parameter :: small_step = 1.0e-2_wp !< |z| below which μ and ρ are computed from series
 
+   integer, parameter :: motions = 4  !< motions whose spectra are computed together
+
    !> Factors of the oscillators, for any number of motions with the same step.
    !> Number 0 is the low-pass, which has the highest frequency.
    type :: oscillators_type
       real(wp) :: step = 0.0_wp                         !< step of the factors, s
       integer :: parts(0:periods) = 1                   !< parts into which a step is divided
-      real(wp) :: part_length(0:periods) = 1.0_wp       !< length of a part/step
-      integer :: last_divided = 0  !< last oscillator with more than one part
       real(wp), dimension(0:periods, 2) :: decay = 0.0_wp, before = 0.0_wp, after = 0.0_wp
-      real(wp) :: weight(0:periods) = 0.0_wp            !< ω²/Im λ, 1/s
    end type oscillators_type
 
-   !> States and peaks of the oscillators under one motion.
-   type :: response_spectrum_type
-      real(wp), dimension(0:periods, 2) :: q = 0.0_wp   !< state, m/s; real and imaginary part
-      real(wp) :: largest(0:periods) = 0.0_wp           !< largest value so far, m/s²
-   end type response_spectrum_type
+   !> States and peaks of the oscillators under each motion.
+   type :: response_spectra_type
+      real(wp) :: q(0:periods, 2, motions) = 0.0_wp    !< state, m/s; real and imaginary part
+      real(wp) :: largest(0:periods, motions) = 0.0_wp !< largest |Im q| so far, m/s
+   end type response_spectra_type
 
 contains
-
-   !> Create oscillators without a step.
-   pure type(oscillators_type) function new_oscillators() result(oscillators)
-      integer :: i
-
-      do i = 0, periods
-         oscillators%weight(i) = 2.0_wp*pi/period(i)/sqrt(1.0_wp - damping_of(i)**2)
-      end do
-   end function new_oscillators
 
    !> Period of oscillator i, s.
    pure real(wp) function period(i)
@@ -72,41 +61,154 @@ contains
       damping_of = merge(sqrt(0.5_wp), damping, i == 0)
    end function damping_of
 
-   !> Continue the motion from one acceleration to another, linearly.
-   !> A step longer than `coarsest` resolves no period and is skipped; its terms would be unbounded.
-   pure subroutine continue_motion(oscillators, spectrum, start_acceleration, end_acceleration, &
-      time_step)
-      type(oscillators_type), intent(inout) :: oscillators  !< factors; set for a new step
-      type(response_spectrum_type), intent(inout) :: spectrum  !< spectrum of the motion so far
-      real(wp), intent(in) :: start_acceleration, end_acceleration  !< m/s²
-      real(wp), intent(in) :: time_step           !< time between them, s; 0: nothing is done
-      real(wp) :: change, start, finish, q(2)
-      integer :: i, last, division
+   !> ω²/Im λ of all periods, 1/s: spectral acceleration/|Im q|.
+   pure function weights() result(weight)
+      real(wp) :: weight(0:periods)
+      integer :: i
 
-      if (time_step <= 0.0_wp .or. time_step > coarsest) return
-      if (abs(time_step - oscillators%step) > same_step*time_step) call set_step(oscillators, &
-         time_step)
-      last = periods
-      associate (s => spectrum, by => oscillators)
-         do division = 1, by%parts(1)
-            if (division == 2) last = by%last_divided
-            do while (by%parts(last) < division)  ! longer periods need fewer parts
-               last = last - 1
+      do i = 0, periods
+         weight(i) = 2.0_wp*pi/period(i)/sqrt(1.0_wp - damping_of(i)**2)
+      end do
+   end function weights
+
+   !> Continue the motions, whose accelerations are linear between samples.
+   !> A step longer than `coarsest` resolves no period and is skipped; its terms would be unbounded.
+   pure subroutine continue_motions(oscillators, spectra, acceleration, time_step)
+      type(oscillators_type), intent(inout) :: oscillators  !< factors; set for each new step
+      type(response_spectra_type), intent(inout) :: spectra  !< spectra of the motions so far
+      real(wp), intent(in) :: time_step(:)  !< [samples] time since the last sample, s; 0: skipped
+      !> last sample before these, and these samples, m/s²
+      real(wp), intent(in) :: acceleration(motions, 0:size(time_step))
+      integer :: first, last
+
+      first = 1
+      do while (first <= size(time_step))
+         last = first
+         if (time_step(first) > 0.0_wp .and. time_step(first) <= coarsest) then
+            if (.not. is_step(time_step(first))) call set_step(oscillators, time_step(first))
+            do while (last < size(time_step))
+               if (.not. is_step(time_step(last + 1))) exit
+               last = last + 1
             end do
-            do i = 0, last
-               change = (end_acceleration - start_acceleration)*by%part_length(i)
-               start = start_acceleration + (division - 1)*change
-               finish = start_acceleration + division*change
-               q(1) = by%decay(i, 1)*s%q(i, 1) - by%decay(i, 2)*s%q(i, 2) + by%before(i, 1)*start &
-                  + by%after(i, 1)*finish
-               q(2) = by%decay(i, 2)*s%q(i, 1) + by%decay(i, 1)*s%q(i, 2) + by%before(i, 2)*start &
-                  + by%after(i, 2)*finish
-               s%q(i, :) = q
-               s%largest(i) = max(s%largest(i), by%weight(i)*abs(q(2)))
+            call move_all(oscillators, spectra, acceleration(:, first - 1:last), last - first + 1)
+         end if
+         first = last + 1
+      end do
+
+   contains
+
+      !> .true. if a time step is the step of the factors.
+      pure logical function is_step(value)
+         real(wp), intent(in) :: value  !< s
+
+         is_step = abs(value - oscillators%step) <= same_step*value
+      end function is_step
+   end subroutine continue_motions
+
+   !> Move all oscillators by a number of equal steps, if possible in groups with equal parts.
+   !> Of short periods with many parts, too few have equal parts.
+   pure subroutine move_all(by, spectra, acceleration, steps)
+      type(oscillators_type), intent(in) :: by               !< factors of the step
+      type(response_spectra_type), intent(inout) :: spectra  !< spectra of the motions so far
+      integer, intent(in) :: steps                           !< number of steps
+      real(wp), intent(in) :: acceleration(motions, 0:steps) !< m/s²
+      real(wp) :: q(together, 2, motions), largest(together, motions)
+      integer :: first, last, n, i, member(together)
+
+      do first = 0, periods - 1
+         if (group_size(by%parts(first:)) >= together/2) exit
+      end do
+      if (first > 0) call move_divided(by, spectra, first - 1, acceleration, steps)
+      do while (first <= periods)
+         n = group_size(by%parts(first:))
+         last = first + n - 1
+         member = [(min(i, last), i=first, first + together - 1)]
+         q = spectra%q(member, :, :)
+         largest = spectra%largest(member, :)
+         call move_group(by%decay(member, :), by%before(member, :), by%after(member, :), &
+            by%parts(first), acceleration, steps, q, largest)
+         spectra%q(first:last, :, :) = q(:n, :, :)
+         spectra%largest(first:last, :) = largest(:n, :)
+         first = last + 1
+      end do
+   end subroutine move_all
+
+   !> Number of oscillators, from the first one, that have equal parts and fit in a group.
+   pure integer function group_size(parts)
+      integer, intent(in) :: parts(:)  !< parts of a step, [oscillators], at least one
+
+      group_size = 1
+      do while (group_size < min(together, size(parts)))
+         if (parts(group_size + 1) /= parts(1)) exit
+         group_size = group_size + 1
+      end do
+   end function group_size
+
+   !> Move a group by a number of equal steps.
+   !> The states of the group remain in the registers of the processor during all steps.
+   pure subroutine move_group(decay, before, after, parts, acceleration, steps, q, largest)
+      real(wp), dimension(together, 2), intent(in) :: decay, before, after  !< factors of a part
+      integer, intent(in) :: parts                           !< parts of each step
+      integer, intent(in) :: steps                           !< number of steps
+      real(wp), intent(in) :: acceleration(motions, 0:steps) !< m/s²
+      real(wp), intent(inout) :: q(together, 2, motions)     !< states, m/s
+      real(wp), intent(inout) :: largest(together, motions)  !< largest |Im q|, m/s
+      real(wp) :: part_length, change, start, finish, next(2)
+      integer :: step, part, m, i
+
+      part_length = 1.0_wp/parts
+      do step = 1, steps
+         do part = 1, parts
+            do m = 1, motions
+               change = (acceleration(m, step) - acceleration(m, step - 1))*part_length
+               start = acceleration(m, step - 1) + (part - 1)*change
+               finish = acceleration(m, step - 1) + part*change
+               do i = 1, together
+                  next(1) = decay(i, 1)*q(i, 1, m) - decay(i, 2)*q(i, 2, m) + before(i, 1)*start &
+                     + after(i, 1)*finish
+                  next(2) = decay(i, 2)*q(i, 1, m) + decay(i, 1)*q(i, 2, m) + before(i, 2)*start &
+                     + after(i, 2)*finish
+                  q(i, :, m) = next
+                  largest(i, m) = max(largest(i, m), abs(next(2)))
+               end do
             end do
          end do
-      end associate
-   end subroutine continue_motion
+      end do
+   end subroutine move_group
+
+   !> Move the oscillators 0 … `most` by a number of steps, each of them divided into parts.
+   pure subroutine move_divided(by, spectra, most, acceleration, steps)
+      type(oscillators_type), intent(in) :: by               !< factors of the step
+      type(response_spectra_type), intent(inout) :: spectra  !< spectra of the motions so far
+      integer, intent(in) :: most                            !< last oscillator
+      integer, intent(in) :: steps                           !< number of steps
+      real(wp), intent(in) :: acceleration(motions, 0:steps) !< m/s²
+      real(wp) :: change, start, finish, part_length(0:most), next(2)
+      integer :: m, step, part, last, i
+
+      part_length = 1.0_wp/by%parts(:most)
+      do m = 1, motions
+         do step = 1, steps
+            last = most
+            do part = 1, by%parts(0)
+               do while (by%parts(last) < part)  ! longer periods need fewer parts
+                  last = last - 1
+               end do
+               do i = 0, last
+                  change = (acceleration(m, step) - acceleration(m, step - 1))*part_length(i)
+                  start = acceleration(m, step - 1) + (part - 1)*change
+                  finish = acceleration(m, step - 1) + part*change
+                  next(1) = by%decay(i, 1)*spectra%q(i, 1, m) - by%decay(i, 2)*spectra%q(i, 2, m) &
+                     + by%before(i, 1)*start + by%after(i, 1)*finish
+                  next(2) = by%decay(i, 2)*spectra%q(i, 1, m) + by%decay(i, 1)*spectra%q(i, 2, m) &
+                     + by%before(i, 2)*start + by%after(i, 2)*finish
+                  spectra%q(i, :, m) = next
+                  spectra%largest(i, m) = max(spectra%largest(i, m), abs(next(2)))
+               end do
+            end do
+         end do
+      end do
+   end subroutine move_divided
 
    !> Set the factors of a step.
    pure subroutine set_step(oscillators, time_step)
@@ -118,14 +220,12 @@ contains
       oscillators%step = time_step
       do i = 0, periods
          oscillators%parts(i) = ceiling(samples_per_period*time_step/period(i))
-         oscillators%part_length(i) = 1.0_wp/oscillators%parts(i)
          call set_factors(eigenvalue_of(1.0_wp/period(i), damping_of(i)), &
-            time_step*oscillators%part_length(i), decay, start_factor, end_factor)
+            time_step*(1.0_wp/oscillators%parts(i)), decay, start_factor, end_factor)
          oscillators%decay(i, :) = parts_of(decay)
          oscillators%before(i, :) = parts_of(start_factor)
          oscillators%after(i, :) = parts_of(end_factor)
       end do
-      oscillators%last_divided = count(oscillators%parts > 1) - 1
    end subroutine set_step
 
    !> λ = −ζω + iω√(1 − ζ²), 1/s.
@@ -172,11 +272,7 @@ contains
       parts = ceiling(samples_per_period*frequency*time_step)
       first = 1
       do while (first <= size(frequency))
-         last = first
-         do while (last < min(first + together - 1, size(frequency)))
-            if (parts(last + 1) /= parts(first)) exit
-            last = last + 1
-         end do
+         last = first - 1 + group_size(parts(first:))
          call find_group_peaks(acceleration, time_step, parts(first), eigenvalue_of( &
             frequency([(min(i, last), i=first, first + together - 1)]), damping_ratio), of_group)
          peaks(:, first:last) = of_group(:, :last - first + 1)
@@ -237,36 +333,63 @@ contains
       parts = [z%re, z%im]
    end function parts_of
 
-   !> Find the largest spectral acceleration and its period, after a motion has ended.
-   elemental subroutine find_spectral_acceleration(oscillators, spectrum, last, largest, at)
-      type(oscillators_type), intent(in) :: oscillators  !< factors of the last step
-      type(response_spectrum_type), intent(in) :: spectrum  !< spectrum of a motion
-      real(wp), intent(in) :: last      !< acceleration at the end, after which it is zero, m/s²
-      real(wp), intent(out) :: largest  !< largest spectral acceleration, m/s²
-      real(wp), intent(out) :: at       !< its period, s
-      type(response_spectrum_type) :: free
+   !> Find the largest spectral accelerations and their periods, after the motions have ended.
+   pure subroutine find_spectral_accelerations(oscillators, spectra, last, largest, at)
+      type(oscillators_type), intent(in) :: oscillators   !< factors of the last step
+      type(response_spectra_type), intent(in) :: spectra  !< spectra of the motions
+      real(wp), intent(in) :: last(motions)      !< accelerations at the end, then zero, m/s²
+      real(wp), intent(out) :: largest(motions)  !< largest spectral accelerations, m/s²
+      real(wp), intent(out) :: at(motions)       !< their periods, s
+      type(response_spectra_type) :: free
       type(oscillators_type) :: copy
-      real(wp) :: step
-      integer :: i
+      real(wp) :: value(0:periods)
+      integer :: m
 
-      free = spectrum
+      free = spectra
       copy = oscillators
-      call continue_motion(copy, free, last, 0.0_wp, copy%step)
       if (copy%step > 0.0_wp) then
-         step = max(copy%step, finest)
-         do i = 1, ceiling(max_period/step)
-            call continue_motion(copy, free, 0.0_wp, 0.0_wp, step)
-         end do
+         call continue_motions(copy, free, reshape([last, 0.0_wp*last], [motions, 2]), [copy%step])
+         if (copy%step < finest) call set_step(copy, finest)
+         call vibrate_freely(copy, free)
       end if
-      largest = maxval(free%largest(1:))
-      at = period(maxloc(free%largest(1:), 1))
-   end subroutine find_spectral_acceleration
+      do m = 1, motions
+         value = weights()*free%largest(:, m)
+         largest(m) = maxval(value(1:))
+         at(m) = period(maxloc(value(1:), 1))
+      end do
+   end subroutine find_spectral_accelerations
 
-   !> Largest acceleration after a low-pass at 50 Hz, m/s².
-   elemental real(wp) function low_passed_peak(spectrum)
-      type(response_spectrum_type), intent(in) :: spectrum  !< spectrum of a motion
+   !> Move each oscillator by its period without acceleration.
+   !> |u| is largest in the first half of the period, because its later maxima decrease.
+   pure subroutine vibrate_freely(oscillators, spectra)
+      type(oscillators_type), intent(in) :: oscillators      !< factors of the step
+      type(response_spectra_type), intent(inout) :: spectra  !< states and peaks
+      real(wp) :: next(2)
+      integer :: i, part, m
 
-      low_passed_peak = spectrum%largest(0)
-   end function low_passed_peak
+      do i = 0, periods
+         associate (decay => oscillators%decay(i, :), q => spectra%q(i, :, :), &
+            largest => spectra%largest(i, :))
+            do part = 1, oscillators%parts(i)*ceiling(period(i)/oscillators%step)
+               do m = 1, motions
+                  next(1) = decay(1)*q(1, m) - decay(2)*q(2, m)
+                  next(2) = decay(2)*q(1, m) + decay(1)*q(2, m)
+                  q(:, m) = next
+                  largest(m) = max(largest(m), abs(next(2)))
+               end do
+            end do
+         end associate
+      end do
+   end subroutine vibrate_freely
+
+   !> Largest accelerations after a low-pass at 50 Hz, m/s².
+   pure function low_passed_peaks(spectra) result(peak)
+      type(response_spectra_type), intent(in) :: spectra  !< spectra of the motions
+      real(wp) :: peak(motions)
+      real(wp) :: weight(0:periods)
+
+      weight = weights()
+      peak = weight(0)*spectra%largest(0, :)
+   end function low_passed_peaks
 
 end module dda_response_spectrum
