@@ -10,14 +10,14 @@ module dda_journal
    use dda_kinds, only: wp, long
    use dda_archive, only: archive_type, serialise, serialise_label
    use dda_byte_file, only: byte_file_type, open_file, open_again, to_append, lock_file, is_under, &
-      write_bytes, read_bytes, cut_file, flush_stream, size_of_file, close_file
+      write_bytes, read_bytes, go_to, cut_file, flush_stream, size_of_file, close_file
    use dda_checksum, only: checksum_type, begin_checksum, add_bytes
    use dda_errors, only: error_type, error_file, fail
    use dda_file_system, only: file_status_type, status_of
    implicit none
    private
-   public :: journal_type, open_journal, keep_name, serialise_mark, return_to_mark, begin_row, &
-      append_numbers, journal_suffix
+   public :: journal_type, open_journal, keep_name, extend_checksum, serialise_mark, &
+      return_to_mark, begin_row, append_numbers, journal_suffix
    public :: reader_type, open_reader, read_row, read_numbers, row_sample, row_frame
 
    integer, parameter :: row_sample = 1, row_frame = 2  !< kinds of rows
@@ -28,8 +28,10 @@ module dda_journal
    !> Journal with its length, checksum, and numbers of rows.
    type :: journal_type
       ! unsaved, opened again: file
+      ! unsaved, equal to bytes in a checkpoint: summed
       type(byte_file_type) :: file
-      type(checksum_type) :: checksum
+      type(checksum_type) :: checksum   !< checksum of the bytes up to the last checkpoint
+      integer(long) :: summed = 0       !< number of these bytes
       integer(long) :: bytes = 0
       integer :: samples = 0, frames = 0
       integer :: contacts = 0       !< number of contacts in all frames
@@ -110,6 +112,39 @@ contains
       call flush_stream(to, .false., error)
    end subroutine copy_bytes
 
+   !> Extend the checksum to all bytes of the journal, which has been flushed, for a checkpoint.
+   subroutine extend_checksum(journal, error)
+      type(journal_type), intent(inout) :: journal  !< journal of the run
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
+      type(byte_file_type) :: file
+
+      if (allocated(error)) return
+      call open_again(file, journal%file, error)
+      call go_to(file, journal%summed, error)
+      call add_file(journal%checksum, file, journal%bytes - journal%summed, error)
+      call close_file(file, error)
+      journal%summed = journal%bytes
+   end subroutine extend_checksum
+
+   !> Add the next bytes of a file to a checksum.
+   subroutine add_file(checksum, file, count, error)
+      type(checksum_type), intent(inout) :: checksum  !< checksum of the bytes so far
+      type(byte_file_type), intent(in) :: file        !< open
+      integer(long), intent(in) :: count              !< number of bytes
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
+      integer(int8), allocatable :: buffer(:)
+      integer(long) :: remaining, n
+
+      allocate (buffer(min(bytes_per_read, count)))
+      remaining = count
+      do while (remaining > 0 .and. .not. allocated(error))
+         n = min(bytes_per_read, remaining)
+         call read_bytes(file, buffer(:n), error)
+         call add_bytes(checksum, buffer(:n))
+         remaining = remaining - n
+      end do
+   end subroutine add_file
+
    !> Save or restore length and checksum of the journal, as part of a checkpoint.
    subroutine serialise_mark(archive, journal)
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
@@ -130,21 +165,14 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(byte_file_type) :: file
       type(checksum_type) :: checksum
-      integer(int8), allocatable :: bytes(:)
-      integer(long) :: remaining, file_length
+      integer(long) :: file_length
 
       call open_again(file, journal%file, error)
       if (allocated(error)) return
       call begin_checksum(checksum)
       file_length = size_of_file(file)
-      remaining = min(journal%bytes, file_length)
-      do while (remaining > 0 .and. .not. allocated(error))
-         if (allocated(bytes)) deallocate (bytes)
-         allocate (bytes(min(remaining, bytes_per_read)))
-         call read_bytes(file, bytes, error)
-         call add_bytes(checksum, bytes)
-         remaining = remaining - size(bytes)
-      end do
+      call add_file(checksum, file, min(journal%bytes, file_length), error)
+      journal%summed = journal%bytes
       if (.not. allocated(error) .and. (file_length < journal%bytes .or. checksum%value &
          /= journal%checksum%value)) call fail(error, error_file, journal%file%name// &
          ' has changed since the checkpoint')
@@ -168,7 +196,7 @@ contains
       end if
    end subroutine begin_row
 
-   !> Append numbers of a row and include them in the checksum.
+   !> Append numbers of a row.
    subroutine append_numbers(journal, numbers, count, error)
       type(journal_type), intent(inout) :: journal  !< journal of the run
       integer, intent(in) :: count  !< number of values
@@ -178,7 +206,6 @@ contains
 
       call c_f_pointer(c_loc(numbers), bytes, [bytes_of_number*count])
       call write_bytes(journal%file, bytes, error)
-      call add_bytes(journal%checksum, bytes)
       journal%bytes = journal%bytes + size(bytes)
    end subroutine append_numbers
 

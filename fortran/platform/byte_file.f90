@@ -13,7 +13,7 @@ module dda_byte_file
    private
    public :: byte_file_type, open_file, open_again, to_read, to_append, to_overwrite, lock_file, &
       size_of_file, is_under
-   public :: write_bytes, read_bytes, cut_file, flush_stream, close_file, reserve_space, &
+   public :: write_bytes, read_bytes, go_to, cut_file, flush_stream, close_file, reserve_space, &
       flush_file, check_plain
 
    !> Modes of opening: read; write a new file that replaces an old one; append; overwrite an
@@ -286,6 +286,17 @@ contains
       if (c_fread(c_loc(bytes), 1_c_size_t, length, file%stream) /= length) &
          call fail(error, error_file, file%name//': the file ends too early')
    end subroutine read_bytes
+
+   !> Set the position of a file to a number of bytes after its beginning.
+   subroutine go_to(file, bytes, error)
+      type(byte_file_type), intent(in) :: file  !< open
+      integer(long), intent(in) :: bytes  !< position
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
+
+      if (allocated(error)) return
+      if (c_fseek(file%stream, int(bytes, c_long), 0_c_int) /= 0) &
+         call fail_system(file, 'cannot be read', error)
+   end subroutine go_to
 
    !> Truncate a file that is open for writing to a length.
    subroutine cut_file(file, bytes, error)

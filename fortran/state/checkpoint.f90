@@ -17,7 +17,8 @@ module dda_checkpoint
    use dda_checksum, only: checksum_of
    use dda_errors, only: error_type, error_file, error_checkpoint, fail
    use dda_file_system, only: is_file, rename_file, exchange_files
-   use dda_journal, only: journal_type, keep_name, serialise_mark, return_to_mark
+   use dda_journal, only: journal_type, keep_name, extend_checksum, serialise_mark, &
+      return_to_mark
    use dda_model, only: model_type, block_sources
    use dda_motion_curve, only: motion_curve_type
    use dda_output_place, only: checkpoint
@@ -129,6 +130,7 @@ contains
       call begin_task(checkpoints%flushing)
       call keep_name(journal, error)
       call flush_stream(journal%file, to_disk, error)
+      call extend_checksum(journal, error)
       if (.not. allocated(error)) call begin_writing(checkpoints%coming, checkpoints%archive, error)
       if (.not. allocated(error)) then
          call serialise_identity(checkpoints, error)
