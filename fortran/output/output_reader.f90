@@ -10,7 +10,7 @@ module dda_output_reader
       nf90_inquire_dimension, nf90_inquire_variable, nf90_get_var, nf90_max_var_dims
    implicit none
    private
-   public :: read_history
+   public :: read_history, read_histories
 
 contains
 
@@ -24,9 +24,26 @@ contains
       real(wp), allocatable, intent(out) :: time(:)    !< [samples] time, s
       real(wp), allocatable, intent(out) :: values(:)  !< [samples] values in the unit of the output
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      type(dataset_type) :: dataset
-      integer :: unused
+      real(wp), allocatable :: columns(:,:)
 
+      call read_histories(file, quantity, reshape(at, [size(at), 1]), time, columns, error)
+      values = columns(:, 1)
+   end subroutine read_history
+
+   !> Read the time histories of a variable at some of its indices.
+   subroutine read_histories(file, quantity, at, time, values, error)
+      character(len=*), intent(in) :: file      !< path of the output
+      character(len=*), intent(in) :: quantity  !< name of the variable in the output
+      integer, intent(in) :: at(:,:)  !< [other dimensions, histories] as in `read_history`
+      real(wp), allocatable, intent(out) :: time(:)  !< [samples] time, s
+      !> [samples, histories] values in the unit of the output
+      real(wp), allocatable, intent(out) :: values(:,:)
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      type(dataset_type) :: dataset
+      real(wp), allocatable :: series(:)
+      integer :: i, unused
+
+      allocate (time(0), values(0, size(at, 2)))
       if (is_special(file)) call fail(error, error_file, file//' cannot be read, because it is '// &
          'not a regular file')
       if (allocated(error)) return
@@ -34,11 +51,16 @@ contains
       call checked(dataset, nf90_open(path_of(file), nf90_nowrite, dataset%id), 'open the file')
       if (.not. allocated(dataset%error)) then
          call read_series(dataset, 'time', [integer ::], time)
-         call read_series(dataset, quantity, at, values)
+         deallocate (values)
+         allocate (values(size(time), size(at, 2)), source=0.0_wp)
+         do i = 1, size(at, 2)
+            call read_series(dataset, quantity, at(:, i), series)
+            if (.not. allocated(dataset%error)) values(:, i) = series
+         end do
          unused = nf90_close(dataset%id)
       end if
       if (allocated(dataset%error)) error = dataset%error
-   end subroutine read_history
+   end subroutine read_histories
 
    !> Read all samples of a variable at an index.
    subroutine read_series(dataset, name, at, values)

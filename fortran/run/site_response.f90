@@ -4,7 +4,7 @@ module dda_site_response
    use dda_kinds, only: wp
    use dda_errors, only: error_type
    use dda_model, only: model_type
-   use dda_output_reader, only: read_history
+   use dda_output_reader, only: read_histories
    use dda_settings, only: amplification_type
    use dda_spectrum, only: spectral_peak_type, amplification, find_peak
    use dda_text, only: to_text
@@ -27,36 +27,21 @@ contains
       type(amplification_type), intent(in) :: request  !< points, axis, band (Hz)
       type(response_peak_type), intent(out) :: peak  !< frequency (Hz) and amplitude
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      real(wp), allocatable :: surface_motion(:), base_motion(:), frequency(:)
+      real(wp), allocatable :: time(:), motion(:,:), frequency(:)
       complex(wp), allocatable :: ratio(:)
-      real(wp) :: time_step
+      integer :: n
 
-      call read_series(file, request%surface, request%axis, surface_motion, time_step, error)
-      if (.not. allocated(error)) call read_series(file, request%base, request%axis, base_motion, &
-         time_step, error)
-      if (.not. allocated(error)) call amplification(surface_motion, base_motion, time_step, &
-         frequency, ratio, error, request%padding)
+      call read_histories(file, 'acceleration', reshape([request%axis, request%surface, &
+         request%axis, request%base], [2, 2]), time, motion, error)
+      if (allocated(error)) return
+      n = size(time)
+      call amplification(motion(:, 1), motion(:, 2), time(n)/max(1, n - 1), frequency, ratio, &
+         error, request%padding)
       if (.not. allocated(error)) call find_peak(frequency, abs(ratio), request%lowest, &
          request%highest, peak%spectral, error)
-      if (.not. allocated(error)) &
-         peak%residual_ratio = &
-         maxval(abs(surface_motion(size(surface_motion) - &
-         size(surface_motion)/20:))) /max(maxval(abs(surface_motion)), tiny(1.0_wp))
+      if (.not. allocated(error)) peak%residual_ratio = maxval(abs(motion(n - n/20:, 1))) &
+         /max(maxval(abs(motion(:, 1))), tiny(1.0_wp))
    end subroutine find_amplification_peak
-
-   !> Read the acceleration of a point along an axis, and the time between samples.
-   subroutine read_series(file, point, axis, series, time_step, error)
-      character(len=*), intent(in) :: file  !< complete output
-      integer, intent(in) :: point, axis  !< number of the point; 1 x, 2 y
-      real(wp), allocatable, intent(out) :: series(:)  !< [samples] m/s²
-      real(wp), intent(out) :: time_step  !< Δt, s
-      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      real(wp), allocatable :: time(:)
-
-      time_step = 0.0_wp
-      call read_history(file, 'acceleration', [axis, point], time, series, error)
-      if (.not. allocated(error)) time_step = time(size(time))/max(1, size(time) - 1)
-   end subroutine read_series
 
    !> Text that states a peak in one line.
    pure function peak_text(model, request, peak) result(text)
