@@ -454,8 +454,8 @@ contains
          associate (variable => output_variables(i))
             if (.not. is_in(variable, each_time, output%has(variable%family))) cycle
             m = numbers_of(variable, output%lengths)
-            if (m > 0) call put_row(output, variable, reshape(output%sample(at + 1:at + m, :n), &
-               [m*n]), output%samples - n + 1, n)
+            if (m > 0) call put_row(output, variable, rows_of(output%sample(at + 1:at + m, :n)), &
+               output%samples - n + 1, n)
             at = at + m
          end associate
       end do
@@ -468,6 +468,20 @@ contains
             + columns_of(in_measured_joints)*output%lengths(dim_measured_joint), :n))
       end associate
    end subroutine put_samples
+
+   !> Values of all samples, sample by sample.
+   pure function rows_of(sample) result(values)
+      real(wp), intent(in) :: sample(:,:)  !< [values, samples]
+      real(wp), allocatable :: values(:)
+      integer :: i, k
+
+      allocate (values(size(sample)))
+      do i = 1, size(sample, 2)
+         do k = 1, size(sample, 1)
+            values(size(sample, 1)*(i - 1) + k) = sample(k, i)
+         end do
+      end do
+   end function rows_of
 
    !> Write values of a variable in consecutive rows (indices of the slowest dimension).
    subroutine put_row(output, variable, values, first, rows)
