@@ -240,7 +240,8 @@ contains
       at = before
       do p = first, last
          v = neighbours%probe(1, p)
-         call find_corner(blocks, neighbours, p, detection%distance, w, apart)
+         call find_corner(v, blocks%vertex, neighbours%corner, neighbours%first_corner(p), &
+            neighbours%first_corner(p + 1) - 1, detection%distance, w, apart)
          near = w > 0
          if (near) near = apart < min(detection%corner(v), detection%corner(w))**2
          if (near) then
@@ -255,26 +256,28 @@ contains
       found = at - before
    end subroutine detect_contacts_range
 
-   !> Find the convex vertex of the other block nearest to the probe's vertex, or 0.
-   pure subroutine find_corner(blocks, neighbours, p, distance, nearest, least)
-      type(blocks_type), intent(in) :: blocks          !< present geometry
-      type(neighbours_type), intent(in) :: neighbours  !< probes
-      integer, intent(in) :: p                         !< probe
-      real(wp), intent(in) :: distance                 !< search distance, m
-      integer, intent(out) :: nearest                  !< vertex, or 0
-      real(wp), intent(out) :: least                   !< square of the distance, m²
-      real(wp) :: point(2), apart
-      integer :: i, w
+   !> Find the corner nearest to vertex v, or 0.
+   !> The shapes of the arrays are explicit, because the compiler then needs no descriptors.
+   pure subroutine find_corner(v, vertex, corner, first, last, distance, nearest, least)
+      integer, intent(in) :: v                 !< vertex
+      real(wp), intent(in) :: vertex(2, *)     !< present positions of all vertices, m
+      integer, intent(in) :: corner(*)         !< convex vertices of other blocks, by probes
+      integer, intent(in) :: first, last       !< first and last corner of the probe
+      real(wp), intent(in) :: distance         !< search distance, m
+      integer, intent(out) :: nearest          !< vertex, or 0
+      real(wp), intent(out) :: least           !< square of the distance, m²
+      real(wp) :: apart
+      integer :: i
 
       nearest = 0
       least = distance**2
-      point = blocks%vertex(:, neighbours%probe(1, p))
-      do i = neighbours%first_corner(p), neighbours%first_corner(p + 1) - 1
-         w = neighbours%corner(i)
-         apart = (point(1) - blocks%vertex(1, w))**2 + (point(2) - blocks%vertex(2, w))**2
-         if (apart >= least) cycle
-         least = apart
-         nearest = w
+      do i = first, last
+         associate (w => corner(i))
+            apart = (vertex(1, v) - vertex(1, w))**2 + (vertex(2, v) - vertex(2, w))**2
+            if (apart >= least) cycle
+            least = apart
+            nearest = w
+         end associate
       end do
    end subroutine find_corner
 
@@ -347,11 +350,12 @@ contains
    !> .true. if the vertex was pressed against the edge in the last step.
    !> Such a contact is never glancing.  Otherwise vibrating corners would alternate between their
    !> edges, and each change would increase the penetration slightly.
-   elemental logical function was_pressed(detection, vertex, edge)  ! total
+   pure logical function was_pressed(detection, vertex, edge)
       type(detection_type), intent(in) :: detection  !< pressed edges of the last step
       integer, intent(in) :: vertex, edge            !< vertex, and edge given by its first vertex
 
-      was_pressed = any(detection%pressing(:, vertex) == edge)
+      was_pressed = detection%pressing(1, vertex) == edge .or. &
+         detection%pressing(2, vertex) == edge
    end function was_pressed
 
    !> .true. if the corners v and w were pressed against each other in the last step.
@@ -447,13 +451,15 @@ contains
       integer :: v, best
 
       v = neighbours%probe(1, p)
-      if (close .and. size(detection%across) > 0) then
+      if (close .and. size(detection%across, 2) > 0) then
          if (any(detection%across(:, v) == w)) then
             if (.not. were_pressed(detection, blocks, v, w)) return
          end if
       end if
       call list_corners(blocks, v, w, detection, corners, tolerance)
-      if (.not. close .and. any(corners%overshoot <= 0.0_wp .and. .not. corners%glancing)) return
+      if (.not. close) then
+         if (any(corners%overshoot <= 0.0_wp .and. .not. corners%glancing)) return
+      end if
       best = entrance_edge(blocks, corners, detection%corner(v), tolerance)
       if (corners%gap(best) > detection%distance) return
       ! The foot of a deeper corner lies on an edge, so `test_edges` has added the contact.
@@ -469,11 +475,14 @@ contains
       type(detection_type), intent(in) :: detection   !< pressed edges of the last step
       type(corners_type), intent(out) :: corners      !< result
       real(wp), intent(out) :: tolerance              !< depth of a glancing contact, m
+      integer :: i
 
       tolerance = tolerance_of(detection, v, w)
       call list_choices(blocks, v, w, tolerance, detection%travel, corners)
-      if (any(corners%glancing)) corners%glancing = corners%glancing .and. &
-         .not. was_pressed(detection, corners%vertex, corners%edge)
+      do i = 1, 4
+         if (corners%glancing(i)) corners%glancing(i) = &
+            .not. was_pressed(detection, corners%vertex(i), corners%edge(i))
+      end do
    end subroutine list_corners
 
    !> Add the contact at the other end of an overlap between sides of two bodies.

@@ -36,7 +36,7 @@ module dda_entrance
    !> The choices at corners v and w: vertex v on both edges at w, and vertex w on both edges at v.
    type :: corners_type
       integer :: vertex(4), edge(4)
-      real(wp) :: normal(4, 2)
+      real(wp) :: along(2, 4)  !< unit vectors of the edges
       real(wp) :: gap(4), overshoot(4)
       !> least sine of the angles between the edge and the two edges at the vertex; negative if the
       !> edge cannot separate the blocks
@@ -52,30 +52,32 @@ contains
       type(blocks_type), intent(in) :: blocks   !< present geometry
       integer, intent(in) :: vertex, edge       !< vertex, and edge given by its first vertex
       type(choice_type), intent(out) :: choice  !< result
-      real(wp) :: along(2), from(2)
+      real(wp) :: direction(2)
 
-      along = blocks%along(:, edge)
-      from = blocks%vertex(:, vertex) - blocks%vertex(:, edge)
+      call measure_foot(vertex, edge, blocks%vertex, blocks%along, blocks%length, direction, &
+         choice%gap, choice%overshoot, choice%past_end)
       choice%vertex = vertex
       choice%edge = edge
-      choice%normal = [along(2), -along(1)]
-      call measure_foot(along(1), along(2), from(1), from(2), blocks%length(edge), choice%gap, &
-         choice%overshoot, choice%past_end)
+      choice%normal = [direction(2), -direction(1)]
    end subroutine project_vertex
 
-   !> Find gap and foot of a vertex, from its position relative to the start of an edge.
-   elemental subroutine measure_foot(along_x, along_y, x, y, length, gap, overshoot, past_end)
-      real(wp), intent(in) :: along_x, along_y  !< unit vector of the edge
-      real(wp), intent(in) :: x, y              !< position of the vertex, m
-      real(wp), intent(in) :: length            !< length of the edge, m
+   !> Find gap and foot of vertex v at edge e, and the direction of the edge.
+   !> The shapes of the arrays are explicit, because the compiler then needs no descriptors.
+   pure subroutine measure_foot(v, e, vertex, along, length, direction, gap, overshoot, past_end)
+      integer, intent(in) :: v, e               !< vertex, and edge given by its first vertex
+      real(wp), intent(in) :: vertex(2, *), along(2, *), length(*)  !< see `blocks_type`
+      real(wp), intent(out) :: direction(2)     !< unit vector of the edge
       real(wp), intent(out) :: gap, overshoot   !< m, see `choice_type`
       logical, intent(out) :: past_end          !< see `choice_type`
-      real(wp) :: foot
+      real(wp) :: x, y, foot
 
-      foot = along_x*x + along_y*y
-      gap = along_y*x - along_x*y
-      overshoot = max(-foot, foot - length)
-      past_end = foot > 0.5_wp*length
+      x = vertex(1, v) - vertex(1, e)
+      y = vertex(2, v) - vertex(2, e)
+      direction = along(:, e)
+      foot = direction(1)*x + direction(2)*y
+      gap = direction(2)*x - direction(1)*y
+      overshoot = max(-foot, foot - length(e))
+      past_end = foot > 0.5_wp*length(e)
    end subroutine measure_foot
 
    !> List the choices at corners v and w.
@@ -84,35 +86,41 @@ contains
       integer, intent(in) :: v, w                  !< vertices of two blocks
       real(wp), intent(in) :: tolerance, travel    !< m, see `is_glancing`
       type(corners_type), intent(out) :: corners   !< result
-      integer, parameter :: before(4) = [3, 3, 1, 1], after(4) = [4, 4, 2, 2]  !< edges at vertex
       logical, parameter :: at_end(4) = [.true., .false., .true., .false.]  !< corner at edge end
-      real(wp) :: along(4, 2), from(4, 2), length(4)
-      logical :: past_end(4)
+      logical :: past_end
       integer :: i
 
       corners%vertex = [v, v, w, w]
       corners%edge = [blocks%previous(w), w, blocks%previous(v), v]
       do i = 1, 4
-         along(i, :) = blocks%along(:, corners%edge(i))
-         from(i, :) = blocks%vertex(:, corners%vertex(i)) - blocks%vertex(:, corners%edge(i))
-         length(i) = blocks%length(corners%edge(i))
+         call measure_foot(corners%vertex(i), corners%edge(i), blocks%vertex, blocks%along, &
+            blocks%length, corners%along(:, i), corners%gap(i), corners%overshoot(i), past_end)
+         corners%glancing(i) = (past_end .eqv. at_end(i)) .and. &
+            is_glancing(corners%gap(i), corners%overshoot(i), tolerance, travel)
       end do
-      call measure_foot(along(:, 1), along(:, 2), from(:, 1), from(:, 2), length, corners%gap, &
-         corners%overshoot, past_end)
-      corners%normal(:, 1) = along(:, 2)
-      corners%normal(:, 2) = -along(:, 1)
       if (size(blocks%joined) == 0) then  ! without cells, all edges at a vertex belong to one block
-         corners%separation = min( &
-            along(:, 1)*along(before, 2) - along(:, 2)*along(before, 1), &
-            along(:, 2)*along(after, 1) - along(:, 1)*along(after, 2))
+         call set_separations(corners%along, corners%separation)
       else
          do i = 1, 4
             corners%separation(i) = separation(blocks, corners%vertex(i), corners%edge(i))
          end do
       end if
-      corners%glancing = is_glancing(corners%gap, corners%overshoot, tolerance, travel) &
-         .and. (past_end .eqv. at_end)
    end subroutine list_choices
+
+   !> Set the separations of the choices from the sines of the angles between the edges.
+   !> `sine(i, j)` belongs to the angle from edge i, at corner w, to edge j, at corner v.
+   pure subroutine set_separations(along, separation)
+      real(wp), intent(in) :: along(2, 4)        !< directions of the edges
+      real(wp), intent(out) :: separation(4)     !< see `corners_type`
+      real(wp) :: sine(2, 3:4)
+      integer :: j
+
+      do j = 3, 4
+         sine(:, j) = along(1, 1:2)*along(2, j) - along(2, 1:2)*along(1, j)
+      end do
+      separation = [min(sine(1, 3), -sine(1, 4)), min(sine(2, 3), -sine(2, 4)), &
+         min(-sine(1, 3), sine(2, 3)), min(-sine(1, 4), sine(2, 4))]
+   end subroutine set_separations
 
    !> Return the least sine of the angles between an edge and another body's outline at a vertex.
    !> Several cells may meet at the vertex.  The result is −1 for an edge inside a body.
@@ -154,21 +162,34 @@ contains
       logical :: admissible(4)
 
       admissible = .not. corners%separation < -parallel_sine
-      if (any(corners%glancing)) admissible = admissible &
-         .and. .not. excluded_choices(blocks, corners, tolerance)
+      if (any(corners%glancing)) call exclude_choices(blocks, corners, tolerance, admissible)
       small = equal_depth*size
       best = 0
       do i = 1, 4
          if (.not. admissible(i)) cycle
-         if (corners%overshoot(i) > small) then  ! a parallel choice may have a smaller overshoot
-            if (any(admissible .and. corners%overshoot < corners%overshoot(i) - small .and. &
-               parallel_choices(corners, i))) cycle
+         if (corners%overshoot(i) > small) then
+            if (has_better_foot(corners, admissible, i, small)) cycle
          end if
          if (best == 0) best = i
          if (corners%gap(i) > corners%gap(best) + small) best = i
       end do
       if (best == 0) best = maxloc(corners%separation, 1)
    end function entrance_edge
+
+   !> .true. if a parallel choice has a smaller overshoot than choice i.
+   pure logical function has_better_foot(corners, admissible, i, small) result(found)
+      type(corners_type), intent(in) :: corners  !< choices
+      logical, intent(in) :: admissible(4)       !< choices to compare
+      integer, intent(in) :: i                   !< a choice
+      real(wp), intent(in) :: small              !< largest difference of equal overshoots, m
+      integer :: j
+
+      do j = 1, 4
+         found = admissible(j) .and. corners%overshoot(j) < corners%overshoot(i) - small
+         if (found) found = are_parallel(corners, i, j)
+         if (found) return
+      end do
+   end function has_better_foot
 
    !> Find the choice at the other end of a short overlap of parallel edges; 0 if there is none.
    !> In longer overlaps, detection finds the contacts at both ends without this search.
@@ -184,52 +205,58 @@ contains
          other = k
          if (any(corners%overshoot([entrance, k]) > -least_overlap*size)) cycle
          if (blocks%inner(corners%edge(k)) .or. corners%gap(k) > distance) cycle
-         if (dot_product(corners%normal(entrance, :), corners%normal(k, :)) < opposite) return
+         if (dot_product(corners%along(:, entrance), corners%along(:, k)) < opposite) return
       end do
       other = 0
    end function other_end
 
-   !> Mark the glancing choices that cannot be the entrance.
+   !> Exclude the glancing choices that cannot be the entrance.
    !> If a choice is neither glancing nor deeper than the tolerance, glancing choices of other
    !> directions are excluded.  Otherwise glancing choices that are approached faster are excluded.
-   pure function excluded_choices(blocks, corners, tolerance)  ! total
+   pure subroutine exclude_choices(blocks, corners, tolerance, admissible)
       type(blocks_type), intent(in) :: blocks    !< present geometry and velocities
       type(corners_type), intent(in) :: corners  !< choices
       real(wp), intent(in) :: tolerance          !< depth of a glancing contact, m
-      logical :: excluded_choices(4), regular(4)
-      integer :: i
+      logical, intent(inout) :: admissible(4)    !< choices that can separate the blocks
+      logical :: regular(4)
+      integer :: i, j
 
-      regular = corners%separation >= -parallel_sine .and. corners%gap >= -tolerance &
-         .and. .not. corners%glancing
+      regular = admissible .and. corners%gap >= -tolerance .and. .not. corners%glancing
       if (.not. any(regular)) then
-         excluded_choices = faster_choices(blocks, corners, &
-            corners%glancing .and. corners%separation >= -parallel_sine)
+         call exclude_faster(blocks, corners, admissible)
          return
       end if
-      excluded_choices = corners%glancing
       do i = 1, 4
-         if (corners%glancing(i)) excluded_choices(i) = any(regular .and. .not. &
-            parallel_choices(corners, i))
+         if (.not. corners%glancing(i)) cycle
+         do j = 1, 4
+            if (.not. regular(j)) cycle
+            if (.not. are_parallel(corners, i, j)) admissible(i) = .false.
+            if (.not. admissible(i)) exit
+         end do
       end do
-   end function excluded_choices
+   end subroutine exclude_choices
 
-   !> Mark the admissible choices that do not have the direction of slowest approach.
-   pure function faster_choices(blocks, corners, admissible) result(faster)
+   !> Exclude the glancing choices that do not have the direction of slowest approach.
+   pure subroutine exclude_faster(blocks, corners, admissible)
       type(blocks_type), intent(in) :: blocks    !< present geometry and velocities
       type(corners_type), intent(in) :: corners  !< choices
-      logical, intent(in) :: admissible(4)       !< choices to compare
-      logical :: faster(4)
+      logical, intent(inout) :: admissible(4)    !< choices that can separate the blocks
       real(wp) :: speed(4)
-      integer :: i
+      integer :: i, slowest
 
       speed = huge(1.0_wp)
       do i = 1, 4
-         if (admissible(i)) speed(i) = -dot_product(corners%normal(i, :), &
+         if (admissible(i) .and. corners%glancing(i)) speed(i) = -dot_product( &
+            [corners%along(2, i), -corners%along(1, i)], &
             velocity_at(blocks, corners%vertex(i), corners%vertex(i)) - velocity_at(blocks, &
             corners%edge(i), corners%vertex(i)))
       end do
-      faster = admissible .and. .not. parallel_choices(corners, minloc(speed, 1))
-   end function faster_choices
+      slowest = minloc(speed, 1)
+      do i = 1, 4
+         if (.not. corners%glancing(i)) cycle
+         if (.not. are_parallel(corners, slowest, i)) admissible(i) = .false.
+      end do
+   end subroutine exclude_faster
 
    !> Velocity, m/s, of the block with vertex `own_vertex` at the position of another vertex.
    pure function velocity_at(blocks, own_vertex, vertex) result(velocity)
@@ -243,17 +270,15 @@ contains
       end associate
    end function velocity_at
 
-   !> Mark the choices whose normals push the two blocks apart in the same direction as choice i.
-   pure function parallel_choices(corners, i) result(parallel)  ! total
+   !> .true. if the normals of choices i and j push the two blocks apart in the same direction.
+   pure logical function are_parallel(corners, i, j)
       type(corners_type), intent(in) :: corners  !< choices
-      integer, intent(in) :: i                   !< a choice
-      logical :: parallel(4)
-      integer :: j
+      integer, intent(in) :: i, j                !< two choices
+      real(wp) :: cosine
 
-      do j = 1, 4
-         parallel(j) = dot_product(corners%normal(i, :), corners%normal(j, :))*merge(1, -1, &
-            (i <= 2) .eqv. (j <= 2)) > same_direction
-      end do
-   end function parallel_choices
+      cosine = dot_product(corners%along(:, i), corners%along(:, j))
+      if ((i <= 2) .neqv. (j <= 2)) cosine = -cosine
+      are_parallel = cosine > same_direction
+   end function are_parallel
 
 end module dda_entrance

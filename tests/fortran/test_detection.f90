@@ -315,8 +315,8 @@ contains
       corners%glancing = .false.
       corners%gap = [0.0_wp, -1.0_wp, 0.01_wp, 1.0_wp]
       do i = 1, 2
-         corners%normal = reshape([0.0_wp, 1.0_wp, sin(angle(i)), 1.0_wp, -1.0_wp, 0.0_wp, &
-            cos(angle(i)), 0.0_wp], [4, 2])
+         corners%along = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, -cos(angle(i)), &
+            sin(angle(i)), 0.0_wp, 1.0_wp], [2, 4])
          corners%separation = [0.0_wp, 0.0_wp, -sin(angle(i)), -1.0_wp]
          call check(other_end(blocks, corners, 1, 1.0_wp, distance) == merge(3, 0, i == 1), 'ends')
          call check(entrance_edge(blocks, corners, 1.0_wp, 0.0_wp) == merge(3, 1, i == 1), 'edge')
