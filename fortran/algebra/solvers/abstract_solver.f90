@@ -15,9 +15,10 @@ module dda_abstract_solver
    use dda_rank_one, only: rank_one_type
    implicit none
    private
-   public :: equations_type, linear_solver_type, convergence_type, accuracy
+   public :: equations_type, linear_solver_type, convergence_type, accuracy, acceptable
 
    real(wp), parameter :: accuracy = 1.0e-11_wp  !< tolerance of ‖r‖/scale
+   real(wp), parameter :: acceptable = 1.0e-9_wp  !< ‖r‖/scale above which a solve has failed
 
    !> largest number of corrections with a factor of an earlier matrix; usually one or two suffice
    integer, parameter :: most_rounds = 4
@@ -26,6 +27,7 @@ module dda_abstract_solver
    real(wp), parameter :: accepted_error = 3.0e-11_wp
    real(wp), parameter :: safety = 2.0_wp  !< assumed contraction over the measured one
    real(wp), parameter :: ageing = 1.05_wp  !< growth of the assumed contraction per solve
+   real(wp), parameter :: margin = 10.0_wp  !< estimated residual over contraction × residual
    real(wp), parameter :: rounding = 1.0e-15_wp  !< attainable ‖r‖/scale
 
    !> Requested and reached convergence of a solve.
@@ -51,7 +53,7 @@ module dda_abstract_solver
       type(workspace_type) :: work
       logical :: reusable = .false.  !< P, a factor of an earlier matrix, is accurate enough
       real(wp) :: contraction = 1.0_wp  !< assumed ratio of successive corrections with P
-      real(wp) :: reduction = 1.0_wp    !< ratio of the first two residuals in the last solve with P
+      real(wp) :: reduction = 1.0_wp    !< ratio of the first two residuals when it was measured
    contains
       procedure(analyse_pattern), deferred :: analyse
       procedure(renew_values), deferred :: renew
@@ -131,15 +133,16 @@ contains
    !> A small residual does not prove a small error in directions that only inertia restrains.
    !> Therefore the error after a correction is estimated by the contraction times the correction.
    !> The contraction is measured by two corrections.  In later solves it is assumed to grow slowly,
-   !> and as much as the residual after the first correction.  P is discarded if some corrections do
-   !> not suffice.
+   !> and as much as the ratio of the first two residuals.  If the residual before the last of
+   !> several corrections is acceptable, the residual after it, (P − K) z, is estimated by the
+   !> measured contraction with a margin.  P is discarded if some corrections do not suffice.
    subroutine reuse_factor(self, equations, x, convergence, success)
       class(linear_solver_type), intent(inout) :: self  !< the solver
       class(equations_type), intent(in) :: equations    !< equations with nearly the same matrix
       real(wp), intent(inout), contiguous :: x(:,:)  !< [6,n] first guess, becomes the solution, m
       type(convergence_type), intent(inout) :: convergence  !< scale of residuals; reached residual
       logical, intent(out) :: success  !< .false.: x is another first guess
-      real(wp) :: length, last_length, limit, norm, last_norm, growth
+      real(wp) :: length, last_length, norm, last_norm, ratio, growth, error
       integer :: n, round
 
       success = .false.
@@ -153,21 +156,27 @@ contains
             call self%precondition(n, r, z)
             call add_multiple(n, 1.0_wp, z, x)
             self%iterations = round
+            length = sqrt(inner_product(n, z, z))
+            if (round > 1) then
+               ratio = length/max(last_length, tiny(1.0_wp))
+               self%contraction = min(1.0_wp, safety*ratio)
+               if (round == 2) self%reduction = norm/max(last_norm, tiny(1.0_wp))
+               error = self%contraction*length
+               if (norm <= acceptable*convergence%scale) &
+                  success = is_accurate(convergence, margin*ratio*norm, error, n, x)
+               if (success) exit
+            end if
+            last_length = length
             last_norm = norm
             call equations%residual(x, r)
             norm = sqrt(inner_product(n, r, r))
-            length = sqrt(inner_product(n, z, z))
-            if (round > 1) then
-               self%contraction = min(1.0_wp, safety*length/max(last_length, tiny(1.0_wp)))
-            else
+            if (round == 1) then
                growth = norm/max(safety*self%reduction*last_norm + rounding*convergence%scale, &
                   tiny(1.0_wp))
-               self%contraction = min(1.0_wp, ageing*self%contraction*max(1.0_wp, growth))
-               self%reduction = norm/max(last_norm, tiny(1.0_wp))
+               self%contraction = min(1.0_wp, ageing*self%contraction)
+               error = min(1.0_wp, self%contraction*max(1.0_wp, growth))*length
             end if
-            last_length = length
-            limit = max(convergence%least_error, accepted_error*sqrt(inner_product(n, x, x)))
-            success = norm <= accuracy*convergence%scale .and. self%contraction*length <= limit
+            success = is_accurate(convergence, norm, error, n, x)
             if (success .or. .not. norm < last_norm) exit
          end do
       end associate
@@ -175,6 +184,19 @@ contains
       self%reusable = success
       if (.not. norm <= huge(1.0_wp)) x = 0.0_wp
    end subroutine reuse_factor
+
+   !> .true. if the residual and the estimated error of x are within their tolerances.
+   logical function is_accurate(convergence, residual, error, n, x)
+      type(convergence_type), intent(in) :: convergence  !< scale of residuals; least error
+      real(wp), intent(in) :: residual  !< ‖r‖, computed or estimated, N
+      real(wp), intent(in) :: error     !< estimated ‖error‖ of x, m
+      integer, intent(in) :: n          !< number of block rows
+      real(wp), intent(in) :: x(6, n)   !< solution, m
+
+      is_accurate = residual <= accuracy*convergence%scale
+      if (is_accurate) is_accurate = error <= max(convergence%least_error, &
+         accepted_error*sqrt(inner_product(n, x, x)))
+   end function is_accurate
 
    !> Save or restore stored values; default: none, because the solver is rebuilt from the matrix.
    subroutine serialise_nothing(self, matrix, archive)

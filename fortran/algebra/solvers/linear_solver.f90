@@ -12,7 +12,8 @@
 module dda_linear_solver
    use dda_interrupts, only: fail_within_step, stop_within_step
    use dda_kinds, only: wp, long
-   use dda_abstract_solver, only: equations_type, linear_solver_type, convergence_type, accuracy
+   use dda_abstract_solver, only: equations_type, linear_solver_type, convergence_type, accuracy, &
+      acceptable
    use dda_block_jacobi, only: max_condition, most_iterations
    use dda_block_matrix, only: block_matrix_type, terms_of_product
    use dda_compact_block, only: compact_size
@@ -30,7 +31,6 @@ module dda_linear_solver
    integer, parameter :: direct_up_to = 60        !< number of blocks up to which `auto` is `direct`
    !> largest number of Jacobi iterations that cost no more than a solve with a lagged factor
    integer, parameter :: few_jacobi_iterations = 30
-   real(wp), parameter :: acceptable = 1.0e-9_wp  !< ‖r‖/scale above which a solve has failed
    real(wp), parameter :: rounding = 1.0e-14_wp   !< attainable ‖r‖/‖b‖
    !> condition number above which a pivot may become negative in single precision; in double
    !> precision six digits remain
