@@ -168,7 +168,6 @@ contains
       call gather_front(pivots, below, row, first, w, front_vector)
       at = 1
       do j = 1, pivots
-         call multiply_triangle(packed(1, 1, at), front_vector(1, 6*j - 5))
          do s = 1, panels_of(pivots - j)
             call subtract_panel(packed(1, 1, at + s), front_vector(1, 6*j - 5), &
                front_vector(1, 6*j + 1 + packed_rows*(s - 1)))
@@ -182,8 +181,10 @@ contains
          end do
          at = at + panels_of(below)
       end do
+      at = 1
       do r = 1, pivots
-         w(:, :, first + r - 1) = front_vector(:, 6*r - 5:6*r)
+         call multiply_triangle(packed(1, 1, at), front_vector(1, 6*r - 5), w(1, 1, first + r - 1))
+         at = at + 1 + panels_of(pivots - r)
       end do
       do r = 1, below
          w(:, :, row(r)) = front_vector(:, offset + 6*r - 5:offset + 6*r)
@@ -211,17 +212,15 @@ contains
       front_vector(:, offset + 6*below + 1:) = 0.0_sp
    end subroutine gather_front
 
-   !> Compute x = T x for a panel of columns; T is lower triangular, with zeros above the diagonal.
-   pure subroutine multiply_triangle(t, x)
-      real(sp), intent(in) :: t(packed_rows, 6)  !< one packed panel
-      real(sp), intent(inout) :: x(vector_width, 6)  !< [width, 6] rows of W
-      real(sp) :: z(vector_width, 6)
+   !> Compute y = T x for a panel of columns; T is lower triangular, with zeros above the diagonal.
+   pure subroutine multiply_triangle(t, x, y)
+      real(sp), intent(in) :: t(packed_rows, 6), x(vector_width, 6)  !< one packed panel; x
+      real(sp), intent(inout) :: y(vector_width, 6)  !< [width, 6] rows of W
       integer :: i
 
-      z = x
       do i = 1, 6
-         x(:, i) = t(i, 1)*z(:, 1) + t(i, 2)*z(:, 2) + t(i, 3)*z(:, 3) + t(i, 4)*z(:, 4) &
-            + t(i, 5)*z(:, 5) + t(i, 6)*z(:, 6)
+         y(:, i) = t(i, 1)*x(:, 1) + t(i, 2)*x(:, 2) + t(i, 3)*x(:, 3) + t(i, 4)*x(:, 4) &
+            + t(i, 5)*x(:, 5) + t(i, 6)*x(:, 6)
       end do
    end subroutine multiply_triangle
 

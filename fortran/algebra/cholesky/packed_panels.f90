@@ -2,9 +2,9 @@
 !> Packed panels, the storage of the factor: eight rows by six columns each, in the order of a
 !> solve.
 !>
-!> First, each pivot block column of a front has the inverse of its pivot block and the pivot rows
-!> below it.  The rows below the front follow, column by column.  Zeros complete the last panels.  A
-!> solve then reads memory sequentially, at full bandwidth.
+!> First, each pivot block column of a front has the inverse T of its pivot block and the pivot rows
+!> below it, times T.  The rows below the front, times T, follow column by column.  Zeros complete
+!> the last panels.  A solve then reads memory sequentially, at full bandwidth.
 module dda_packed_panels
    implicit none
    private
