@@ -2,10 +2,10 @@
 !> Rate limiter for a side task, such as writing a checkpoint: the pause after the task is
 !> proportional to its cost, which limits its fraction of the run time.
 module dda_rate_limiter
-   use dda_kinds, only: wp, long
+   use dda_kinds, only: long
    implicit none
    private
-   public :: rate_limiter_type, is_due, begin_pause, begin_task, end_task
+   public :: rate_limiter_type, is_due, begin_task, end_task
 
    !> Times and pause of a task, in clock counts.
    type :: rate_limiter_type
@@ -24,16 +24,6 @@ contains
       call system_clock(time)
       is_due = time - limiter%ended >= limiter%cost_ratio*limiter%cost
    end function is_due
-
-   !> Begin a pause before the first execution.
-   subroutine begin_pause(limiter, seconds)
-      type(rate_limiter_type), intent(inout) :: limiter  !< limiter of the task
-      real(wp), intent(in) :: seconds                    !< length of the pause, s
-      integer(long) :: rate
-
-      call system_clock(limiter%ended, rate)
-      limiter%cost = nint(seconds*real(rate, wp)/limiter%cost_ratio, long)
-   end subroutine begin_pause
 
    !> Record the start of the task.
    subroutine begin_task(limiter)

@@ -26,7 +26,7 @@ module dda_run
    use dda_output_file, only: write_output, writing_memory, is_complete
    use dda_output_place, only: check_target, partial
    use dda_own_file, only: journal_file, netcdf_file, remove_own
-   use dda_rate_limiter, only: rate_limiter_type, is_due, begin_pause, begin_task, end_task
+   use dda_rate_limiter, only: rate_limiter_type, is_due, begin_task, end_task
    use dda_output_variables, only: size_of_sample
    use dda_sample, only: collect_sample
    use dda_running_maxima, only: count_step, count_stage, collect_residuals
@@ -64,7 +64,6 @@ module dda_run
       logical :: was_complete = .false.  !< the output was complete before the run was resumed
    end type run_type
 
-   real(wp), parameter :: first_pause = 1.0_wp  !< time before the first partial output, s
    integer, parameter :: few_blocks = 200  !< largest model that is checked for every run
    integer, parameter :: many_blocks = 5000       !< largest model that is checked for long runs
    integer(long), parameter :: many_steps = 2500 !< steps of a long run: a check takes less than 5 %
@@ -201,8 +200,7 @@ contains
       call cut_file(run%journal%file, 0_long, error)
       call record_sample(run, error)
       call append_frame(run%journal, run%simulation, error)
-      call remove_own(run%simulation%model%output%file//partial, netcdf_file)
-      call begin_pause(run%publishing, first_pause)
+      if (.not. allocated(error)) call write_partial_output(run, error)
    end subroutine begin_files
 
    !> Perform up to `steps` steps and record them.
