@@ -37,6 +37,7 @@ module dda_contact_joints
 contains
 
    !> Set the joints of all contacts; on entry `joint` is the joint in the last step, or 0.
+   !> One joint material needs no test.
    subroutine set_joints(contacts, blocks, laws, detection)
       type(contacts_type), intent(inout) :: contacts  !< with history
       type(blocks_type), intent(in) :: blocks         !< present geometry
