@@ -6,6 +6,8 @@ module test_open_close
    use dda_system, only: system_type
    use dda_compact_block, only: compact
    use dda_contact, only: contact_open, contact_slide, contact_stick, contacts_type, reserve
+   use dda_contact_evaluation, only: evaluate_contacts
+   use dda_contact_terms, only: contact_terms_type, update_contact_terms
    use dda_errors, only: error_convergence
    use dda_friction, only: laws_type
    use dda_lapack, only: dposv
@@ -188,6 +190,68 @@ contains
          end do
       end do
    end subroutine tolerance_of_the_step
+
+   !> The shorter ways for simple contacts yield what the general ones do with multipliers of zero.
+   subroutine simple_contacts()
+      type(contact_terms_type) :: terms, general_terms
+      type(contacts_type) :: general
+      real(wp) :: d(6, 2), largest(2), residual(2)
+      real(wp), parameter :: rounding = 1.0e-14_wp
+      integer :: i, c, bonds
+
+      bonds = 0
+      do i = 1, 40
+         call random_system(system, contacts, laws, 8, 30.0_wp)
+         laws%cohesion = 0.3_wp
+         laws%tension = 0.2_wp
+         do c = 1, contacts%n
+            call assume_state(modulo(c + i, 3), c)
+         end do
+         bonds = bonds + count(contacts%bonded(:contacts%n))
+         general = contacts
+         general%with_multipliers = .true.
+         allocate (general%multiplier(size(contacts%gap)), source=0.0_wp)
+         terms%dirty = [0, 0]
+         general_terms%dirty = [0, 0]
+         call update_contact_terms(terms, contacts, laws)
+         call update_contact_terms(general_terms, general, laws)
+         d = 0.1_wp*reshape(random_vector(12), [6, 2])
+         largest = 0.0_wp
+         call evaluate_contacts(contacts, laws, d, largest(1), residual(1))
+         call evaluate_contacts(general, laws, d, largest(2), residual(2))
+         associate (n => contacts%n)
+            call check_close(contacts%spring(:, :n), general%spring(:, :n), 'springs', rounding)
+            call check_close(contacts%free_force(:, :n), general%free_force(:, :n), &
+               'forces at d = 0', rounding)
+            call check_close(contacts%normal_force(:n), general%normal_force(:n), &
+               'normal forces', rounding)
+            call check_close(contacts%shear_force(:n), general%shear_force(:n), &
+               'shear forces', rounding)
+            call check_close(contacts%strength_ratio(:n), general%strength_ratio(:n), &
+               'overloads', rounding)
+            call check(all(contacts%trial_state(:n) == general%trial_state(:n)), 'states')
+         end associate
+         call check_close([largest(1), residual(1)], [largest(2), residual(2)], &
+            'largest values', rounding)
+      end do
+      call check(bonds > 20, 'some are bonded')
+   end subroutine simple_contacts
+
+   !> Let contact c begin an iteration in a state; every second sticking contact is bonded.
+   subroutine assume_state(state, c)
+      integer, intent(in) :: state, c
+
+      contacts%state(c) = state
+      contacts%bonded(c) = state == contact_stick .and. modulo(c, 2) == 0
+      contacts%bond_length(c) = random(0.1_wp, 1.0_wp)
+      contacts%slide_force(c) = random(-1.0_wp, 1.0_wp)
+      contacts%slip_sign(c) = sign(1.0_wp, contacts%slide_force(c))
+      contacts%close_count(c) = 100*modulo(c, 2)
+      contacts%retained(c) = 0.0_wp
+      contacts%retained_at(c) = 0.0_wp
+      contacts%spring(:, c) = 0.0_wp
+      contacts%free_force(:, c) = 0.0_wp
+   end subroutine assume_state
 
    !> Closed contacts that would pull at the gap of the solution without them stay closed where that
    !> force is half the tolerance, once they are more than a low-rank update takes; they open where
