@@ -36,7 +36,11 @@ module dda_output_file
    private
    public :: write_output, writing_memory, is_complete
 
-   integer, parameter :: buffer_samples = 1024    !< samples written at once
+   !> least and largest number of samples written at once; HDF5 copies writes below 64 KiB
+   integer, parameter :: fewest_buffered = 1024, most_buffered = 8192
+   integer, parameter :: buffered_numbers = 1048576  !< numbers written at once
+   !> spare rows of the buffer, so that its columns do not compete for the same cache lines
+   integer, parameter :: spare_rows = 8
    integer(long), parameter :: overhead = 262144  !< file size without data and texts, bytes
    real(wp), parameter :: library_bytes = 5.0e6_wp  !< measured memory of netCDF and HDF5, bytes
 
@@ -50,7 +54,7 @@ module dda_output_file
       integer :: frames = 0                       !< number of written frames
       integer :: contacts = 0                     !< number of written contact states
       type(run_verdict_type) :: verdict
-      real(wp), allocatable :: sample(:,:)        !< [values of a sample, buffered samples]
+      real(wp), allocatable :: column(:,:)        !< [buffered samples, values of a sample]
    end type output_type
 
 contains
@@ -109,10 +113,18 @@ contains
          frame = real(max(6*n, 2*contacts), wp) + 3*n + 3*2*size(simulation%blocks%owner) &
             + 3*contacts
       end associate
-      samples = 3*real(buffer_samples, wp)*size_of_sample(simulation)
+      samples = 3*real(buffered_samples(simulation), wp)*size_of_sample(simulation)
       bytes = library_bytes + number_bytes*(frame + samples) + 4*len(simulation%model%text) &
          + 4*len(simulation%changes)
    end function writing_memory
+
+   !> Number of samples that are written at once.
+   pure integer function buffered_samples(simulation)
+      type(simulation_type), intent(in) :: simulation  !< simulation at its present time
+
+      buffered_samples = max(fewest_buffered, min(most_buffered, &
+         buffered_numbers/max(1, size_of_sample(simulation))))
+   end function buffered_samples
 
    !> Create the file, write everything, close it.
    subroutine write_dataset(output, journal, simulation, complete, error)
@@ -420,18 +432,21 @@ contains
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(reader_type) :: reader
-      integer :: kind, contacts
+      real(wp) :: sample(size_of_sample(simulation))
+      integer :: kind, contacts, capacity
 
-      allocate (output%sample(size_of_sample(simulation), buffer_samples))
+      capacity = min(buffered_samples(simulation), journal%samples)
+      allocate (output%column(capacity + spare_rows, size(sample)))
       call open_reader(reader, journal, error)
       do while (.not. (allocated(error) .or. allocated(output%dataset%error)))
          call read_row(reader, kind, contacts, error)
          if (allocated(error) .or. kind == 0) exit
          if (kind == row_sample) then
-            if (output%waiting == buffer_samples) call put_samples(output, simulation)
+            if (output%waiting == capacity) call put_samples(output, simulation)
             output%waiting = output%waiting + 1
             output%samples = output%samples + 1
-            call read_numbers(reader, output%sample(:, output%waiting), error)
+            call read_numbers(reader, sample, error)
+            output%column(output%waiting, :) = sample
          else
             call put_frame(output, reader, contacts, error)
          end if
@@ -454,31 +469,32 @@ contains
          associate (variable => output_variables(i))
             if (.not. is_in(variable, each_time, output%has(variable%family))) cycle
             m = numbers_of(variable, output%lengths)
-            if (m > 0) call put_row(output, variable, rows_of(output%sample(at + 1:at + m, :n)), &
+            if (m > 0) call put_row(output, variable, rows_of(output%column(:n, at + 1:at + m)), &
                output%samples - n + 1, n)
             at = at + m
          end associate
       end do
       associate (velocity => offset_in_sample(simulation, out_velocity), &
          acceleration => offset_in_sample(simulation, out_acceleration), &
-         joints => offset_in_sample(simulation, out_joint_slip), sample => output%sample)
-         call add_samples(output%verdict, sample(1, :n), sample(velocity + 1:acceleration, :n), &
-            sample(acceleration + 1:2*acceleration - velocity, :n))
-         call add_joint_samples(output%verdict, sample(joints + 1:joints &
-            + columns_of(in_measured_joints)*output%lengths(dim_measured_joint), :n))
+         joints => offset_in_sample(simulation, out_joint_slip), column => output%column(:n, :))
+         call add_samples(output%verdict, column(:, 1), transpose(column(:, &
+            velocity + 1:acceleration)), transpose(column(:, &
+            acceleration + 1:2*acceleration - velocity)))
+         call add_joint_samples(output%verdict, transpose(column(:, joints + 1:joints &
+            + columns_of(in_measured_joints)*output%lengths(dim_measured_joint))))
       end associate
    end subroutine put_samples
 
    !> Values of all samples, sample by sample.
-   pure function rows_of(sample) result(values)
-      real(wp), intent(in) :: sample(:,:)  !< [values, samples]
+   pure function rows_of(column) result(values)
+      real(wp), intent(in) :: column(:,:)  !< [samples, values]
       real(wp), allocatable :: values(:)
       integer :: i, k
 
-      allocate (values(size(sample)))
-      do i = 1, size(sample, 2)
-         do k = 1, size(sample, 1)
-            values(size(sample, 1)*(i - 1) + k) = sample(k, i)
+      allocate (values(size(column)))
+      do k = 1, size(column, 2)
+         do i = 1, size(column, 1)
+            values(size(column, 2)*(i - 1) + k) = column(i, k)
          end do
       end do
    end function rows_of
