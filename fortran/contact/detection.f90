@@ -40,6 +40,10 @@ module dda_detection
       real(wp), allocatable :: depth(:)
       !> [2, vertices] edges that each vertex is pressed against; 0: none
       integer, allocatable :: pressing(:,:)
+      !> [2,vertices] touching vertex and edge of the bonded contact of each vertex with a corner of
+      !> higher number; 0: none
+      integer, allocatable :: bond(:,:)
+      logical :: has_bonds = .false.     !< `bond` is not zero
       real(wp), allocatable :: corner(:) !< [vertices] size of the corner at each vertex, m
       logical, allocatable :: flat(:)    !< [vertices] vertex between two cells on a straight side
       !> [most_across,vertices] opposite corners at a crossing of joints, or 0; empty if no joints
@@ -64,6 +68,7 @@ contains
       detection%distance = distance
       allocate (detection%depth(size(blocks%owner)), source=0.0_wp)
       allocate (detection%pressing(2, size(blocks%owner)), source=0)
+      allocate (detection%bond(2, size(blocks%owner)), source=0)
       allocate (detection%corner(size(blocks%owner)), detection%candidate(0))
       allocate (detection%across(most_across, 0))
       do v = 1, size(detection%corner)
@@ -86,8 +91,8 @@ contains
          blocks%along(:, blocks%outline(2, v))) > straight
    end function is_flat
 
-   !> Find the penetrations at the end of the last step, and the edges that each vertex is pressed
-   !> against.
+   !> Find the penetrations at the end of the last step, the edges that each vertex is pressed
+   !> against, and the bonds of corners.
    !>
    !> The penetration includes the surface displacement due to the strain of cells, because a corner
    !> that slides to the next body is below its surface by this displacement.
@@ -103,8 +108,15 @@ contains
       deepest = 0.0_wp
       hardest = 0.0_wp
       detection%depth = 0.0_wp
-      call clear_pressed_edges(size(detection%pressing), detection%pressing)
+      call clear(size(detection%pressing), detection%pressing)
+      if (detection%has_bonds) call clear(size(detection%bond), detection%bond)
+      detection%has_bonds = .false.
       do c = 1, contacts%n
+         if (contacts%bonded(c) .and. contacts%corner(c) > 0) then
+            detection%has_bonds = .true.
+            detection%bond(:, min(contacts%vertex(c), contacts%corner(c))) = [contacts%vertex(c), &
+               contacts%edge(c)]
+         end if
          pressed = -contacts%new_gap(c)
          if (pressed <= 0.0_wp) cycle
          depth = pressed - contacts%offset(c)
@@ -133,13 +145,13 @@ contains
          *sqrt(blocks%whole_area(b))
    end function surface_settlement
 
-   !> Set the pressed edges of all vertices to 0.
-   pure subroutine clear_pressed_edges(n, pressing)
-      integer, intent(in) :: n             !< size
-      integer, intent(out) :: pressing(n)  !< set to zero
+   !> Set the vertices and edges of all vertices to 0.
+   pure subroutine clear(n, numbers)
+      integer, intent(in) :: n            !< size
+      integer, intent(out) :: numbers(n)  !< set to zero
 
-      pressing = 0
-   end subroutine clear_pressed_edges
+      numbers = 0
+   end subroutine clear
 
    !> List all contacts within the distance of this step, with geometry but without history.
    !>
@@ -370,6 +382,24 @@ contains
          .or. any(detection%pressing(:, w) == blocks%previous(v))
    end function were_pressed
 
+   !> .true. if the corners v < w have a bonded contact that remains on its edge.
+   !> An intact bond neither opens nor slides, so that no other edge can be the entrance.  A contact
+   !> at a flat vertex is selected anew, because `add_other_end` depends on the selection.
+   pure logical function has_bond(detection, blocks, v, w)
+      type(detection_type), intent(in) :: detection  !< bonds of the last step
+      type(blocks_type), intent(in) :: blocks        !< blocks: edges at the vertices
+      integer, intent(in) :: v, w                    !< vertices of two blocks
+
+      associate (edge => detection%bond(2, v))
+         if (detection%bond(1, v) == v) then
+            has_bond = any([w, blocks%previous(w)] == edge)
+         else
+            has_bond = detection%bond(1, v) == w
+         end if
+      end associate
+      if (has_bond) has_bond = .not. (detection%flat(v) .or. detection%flat(w))
+   end function has_bond
+
    !> Return the largest penetration of a glancing contact of two corners, m.
    !> The value is twice the penetration in the last step, but less than the size of the corners.
    pure real(wp) function tolerance_of(detection, v, w)
@@ -454,6 +484,13 @@ contains
       if (close .and. size(detection%across, 2) > 0) then
          if (any(detection%across(:, v) == w)) then
             if (.not. were_pressed(detection, blocks, v, w)) return
+         end if
+      end if
+      if (close .and. detection%has_bonds) then
+         if (has_bond(detection, blocks, v, w)) then
+            call add_candidate(detection, last, detection%bond(1, v), detection%bond(2, v), &
+               neighbours%probe(2, p), merge(w, v, detection%bond(1, v) == v))
+            return
          end if
       end if
       call list_corners(blocks, v, w, detection, corners, tolerance)

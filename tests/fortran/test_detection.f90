@@ -16,6 +16,8 @@ module test_detection
    implicit none
 
    real(wp), parameter :: distance = 0.02_wp
+   !> vertices and edges of the contacts of `detect_corners_again`
+   integer, parameter :: tip(2) = [11, 4], tip_edge(2) = [4, 10]
    type(blocks_type) :: blocks
    type(contacts_type) :: contacts
 
@@ -475,39 +477,70 @@ contains
 
    !> Two corners in vibrating contact keep the edge that they press on.
    subroutine corners_in_vibrating_contact()
-      integer, parameter :: vertex(2) = [11, 4], edge(2) = [4, 10]
+      integer :: i
+
+      do i = 1, 200
+         call detect_corners_again(1 + modulo(i, 2), -3.0e-4_wp, .false.)
+         call check(contacts%n == 1, 'one contact')
+         call check(is_edge_of(1 + modulo(i, 2)), 'the edge pressed on')
+      end do
+   end subroutine corners_in_vibrating_contact
+
+   !> Two bonded corners keep their edge in tension too; without the bond the geometry selects it.
+   subroutine bonded_corners()
+      integer :: i, kept
+
+      kept = 0
+      do i = 1, 200
+         call detect_corners_again(1 + modulo(i, 2), 3.0e-5_wp, .true.)
+         call check(contacts%n == 1, 'one contact')
+         call check(is_edge_of(1 + modulo(i, 2)), 'the edge of the bond')
+         call detect_corners_again(1 + modulo(i, 2), 3.0e-5_wp, .false.)
+         if (is_edge_of(1 + modulo(i, 2))) kept = kept + 1
+      end do
+      call check(kept < 150, 'without a bond, the other edge is also selected')
+   end subroutine bonded_corners
+
+   !> Detect the contact of two corners that were in contact on edge k, after a random motion.
+   subroutine detect_corners_again(k, gap, bonded)
+      integer, intent(in) :: k        !< 1 or 2: edge of the first or of the second block
+      real(wp), intent(in) :: gap     !< at the end of the last step, m
+      logical, intent(in) :: bonded   !< the contact was bonded
       type(neighbours_type) :: neighbours
       type(detection_type) :: detection
       real(wp) :: first(2, 5), second(2, 6)
-      integer :: i, k
 
       first = reshape([-0.0134_wp, -0.1047_wp, 0.1038_wp, -0.0785_wp, 0.0670_wp, -0.0503_wp, &
          0.0_wp, 0.0_wp, -0.0139_wp, -0.0517_wp], [2, 5])
       second = reshape([-0.1408_wp, 0.0662_wp, -0.1890_wp, -0.0403_wp, -0.1689_wp, -0.1029_wp, &
          -0.1074_wp, -0.1008_wp, -0.0341_wp, -0.0571_wp, 0.00027_wp, -0.00014_wp], [2, 6])
-      do i = 1, 200
-         k = 1 + modulo(i, 2)
-         call place_blocks(blocks, first, shifted(second, 2.0e-5_wp*random_vector(2)))
-         blocks%velocity(1:3, :) = reshape(random_vector(6), [3, 2])
-         call find_neighbours(neighbours, blocks, 0.02_wp)
-         call prepare_detection(detection, blocks, 0.01_wp)
-         detection%travel = 1.0e-3_wp
-         call reserve(contacts, 1)
-         contacts%n = 1
-         contacts%vertex(1) = vertex(k)
-         contacts%edge(1) = edge(k)
-         contacts%corner(1) = vertex(3 - k)
-         contacts%block_v(1) = blocks%owner(vertex(k))
-         contacts%block_e(1) = blocks%owner(edge(k))
-         contacts%new_gap(1) = -3.0e-4_wp
-         contacts%offset(1) = 0.0_wp
-         call measure_depths(detection, contacts, blocks)
-         call detect_contacts(contacts, blocks, neighbours, detection)
-         call check(contacts%n == 1, 'one contact')
-         call check(contacts%vertex(1) == vertex(k) .and. contacts%edge(1) == edge(k), &
-            'the edge pressed on')
-      end do
-   end subroutine corners_in_vibrating_contact
+      call place_blocks(blocks, first, shifted(second, 2.0e-5_wp*random_vector(2)))
+      blocks%velocity(1:3, :) = reshape(random_vector(6), [3, 2])
+      call find_neighbours(neighbours, blocks, 0.02_wp)
+      call prepare_detection(detection, blocks, 0.01_wp)
+      detection%travel = 1.0e-3_wp
+      call reserve(contacts, 1)
+      contacts%n = 1
+      contacts%vertex(1) = tip(k)
+      contacts%edge(1) = tip_edge(k)
+      contacts%corner(1) = tip(3 - k)
+      contacts%block_v(1) = blocks%owner(tip(k))
+      contacts%block_e(1) = blocks%owner(tip_edge(k))
+      contacts%bonded(1) = bonded
+      contacts%new_gap(1) = gap
+      contacts%offset(1) = 0.0_wp
+      call measure_depths(detection, contacts, blocks)
+      call detect_contacts(contacts, blocks, neighbours, detection)
+   end subroutine detect_corners_again
+
+   !> .true. if the contact of `detect_corners_again` is on edge k.
+   logical function is_edge_of(k)  ! total
+      integer, intent(in) :: k
+
+      is_edge_of = contacts%n == 1
+      if (is_edge_of) is_edge_of = contacts%vertex(1) == tip(k) .and. contacts%edge(1) == &
+         tip_edge(k)
+   end function is_edge_of
 
    !> Distance of two convex outlines along the best of their edges' normals, < 0 where they
    !> overlap.
