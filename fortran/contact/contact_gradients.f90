@@ -50,13 +50,13 @@ contains
       call copy_rows(contacts%gradient_e(:, c), rows%normal_e, rows%shear_e)
    end subroutine find_rows
 
-   !> Copy the rows of gap and slip of a block; arrays of known size need no call of memmove.
+   !> Copy the rows of gap and slip of a block; copies of whole rows would call memmove.
    pure subroutine copy_rows(rows, normal, shear)
       real(wp), intent(in) :: rows(6, 2)               !< rows of the block
       real(wp), intent(out) :: normal(6), shear(6)     !< their copies
 
-      normal = rows(:, 1)
-      shear = rows(:, 2)
+      normal = [rows(1, 1), rows(2, 1), rows(3, 1), rows(4, 1), rows(5, 1), rows(6, 1)]
+      shear = [rows(1, 2), rows(2, 2), rows(3, 2), rows(4, 2), rows(5, 2), rows(6, 2)]
    end subroutine copy_rows
 
    !> Compute the rows for the forces of contact c in K̂; with dilation, the normal row is tilted.
