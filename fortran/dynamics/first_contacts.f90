@@ -171,10 +171,16 @@ contains
       type(blocks_type), intent(in) :: blocks            !< blocks in their present state
       real(wp), intent(in) :: time                       !< s
       real(wp) :: movement(2)
+      logical :: with_pressed
       integer :: c, owners(2)
 
-      call find_pressed(first, contacts)
+      with_pressed = .false.
       do c = 1, size(first%vertex)
+         movement = foot_movement(first, blocks, c)  ! compression can only reduce the opening
+         if (.not. (abs(movement(1)) > largest(of_slip)%value .or. &
+            max(0.0_wp, movement(2)) > largest(of_opening)%value)) cycle
+         if (.not. with_pressed) call find_pressed(first, contacts)
+         with_pressed = .true.
          movement = contact_movement(first, blocks, c)
          owners = blocks%owner([first%vertex(c), first%edge(c)])
          call update_largest(largest(of_slip), abs(movement(1)), time, owners)
