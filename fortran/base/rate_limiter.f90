@@ -17,11 +17,10 @@ module dda_rate_limiter
 contains
 
    !> .true. if the pause since the last execution is over.
-   logical function is_due(limiter)
+   pure logical function is_due(limiter, time)  ! total
       type(rate_limiter_type), intent(in) :: limiter  !< limiter of the task
-      integer(long) :: time
+      integer(long), intent(in) :: time               !< clock count
 
-      call system_clock(time)
       is_due = time - limiter%ended >= limiter%cost_ratio*limiter%cost
    end function is_due
 

@@ -4,6 +4,9 @@
 !> It contains the data of the output as rows of numbers in the order of the steps.  A checkpoint
 !> stores the length and checksum of the journal; a resumed run truncates the journal to this length
 !> and continues.  Only one run can open a journal at a time.
+!>
+!> The rows of the last second wait in memory, so that a short run neither writes nor reads its
+!> journal.
 module dda_journal
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc
    use, intrinsic :: iso_fortran_env, only: int8
@@ -14,21 +17,25 @@ module dda_journal
    use dda_checksum, only: checksum_type, begin_checksum, add_bytes
    use dda_errors, only: error_type, error_file, fail
    use dda_file_system, only: file_status_type, status_of
+   use dda_large_pages, only: prefer_large_pages
    implicit none
    private
-   public :: journal_type, open_journal, keep_name, extend_checksum, serialise_mark, &
-      return_to_mark, begin_row, append_numbers, journal_suffix
+   public :: journal_type, open_journal, close_journal, keep_name, flush_journal, &
+      extend_checksum, serialise_mark, return_to_mark, begin_row, append_numbers, journal_suffix
    public :: reader_type, open_reader, read_row, read_numbers, row_sample, row_frame
 
    integer, parameter :: row_sample = 1, row_frame = 2  !< kinds of rows
    character(len=*), parameter :: journal_suffix = '.journal'  !< of the name of an output
    integer, parameter :: bytes_of_number = storage_size(0.0_wp)/8  !< bytes of a number
    integer(long), parameter :: bytes_per_read = 1048576  !< bytes per read
+   integer, parameter :: most_waiting = 4194304  !< numbers that wait in memory (32 MiB)
+   integer, parameter :: few_waiting = 16384     !< the same if memory is lacking
 
    !> Journal with its length, checksum, and numbers of rows.
    type :: journal_type
       ! unsaved, opened again: file
       ! unsaved, equal to bytes in a checkpoint: summed
+      ! unsaved, written before a checkpoint: waiting, n_waiting
       type(byte_file_type) :: file
       type(checksum_type) :: checksum   !< checksum of the bytes up to the last checkpoint
       integer(long) :: summed = 0       !< number of these bytes
@@ -36,30 +43,48 @@ module dda_journal
       integer :: samples = 0, frames = 0
       integer :: contacts = 0       !< number of contacts in all frames
       integer :: iterations = 0     !< largest number of iterations in a step since the last sample
+      real(wp), allocatable :: waiting(:)  !< last numbers, not yet in the file
+      integer :: n_waiting = 0      !< number of these numbers
    end type journal_type
 
    !> Reader of a journal, up to its length in `journal_type`.
    type :: reader_type
       type(byte_file_type) :: file
-      integer(long) :: bytes_left = 0     !< remaining bytes
+      integer(long) :: bytes_left = 0     !< remaining bytes of the file
+      integer :: taken = 0                !< numbers read from memory
    end type reader_type
 
 contains
 
    !> Open the journal of an output; return an error if another run has opened it.
    subroutine open_journal(journal, output, error)
-      type(journal_type), intent(out) :: journal  !< journal, open and locked
+      type(journal_type), target, intent(out) :: journal  !< journal, open and locked
       character(len=*), intent(in) :: output  !< path of the output
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       logical :: locked
+      integer :: status
 
       call begin_checksum(journal%checksum)
+      allocate (journal%waiting(most_waiting), stat=status)
+      if (status /= 0) allocate (journal%waiting(few_waiting))
+      call prefer_large_pages(c_loc(journal%waiting), bytes_of_number*size(journal%waiting, &
+         kind=long))
       call open_file(journal%file, output//journal_suffix, to_append, error)
       if (allocated(error)) return
       locked = lock_file(journal%file)
       if (.not. locked) call fail(error, error_file, output//' is being written by another run')
-      if (.not. locked) call close_file(journal%file, error)
+      if (.not. locked) call close_journal(journal, error)
    end subroutine open_journal
+
+   !> Close a journal; numbers that wait in memory are lost.
+   subroutine close_journal(journal, error)
+      type(journal_type), intent(inout) :: journal  !< journal of the run
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
+
+      call close_file(journal%file, error)
+      if (allocated(journal%waiting)) deallocate (journal%waiting)
+      journal%n_waiting = 0
+   end subroutine close_journal
 
    !> If the journal was deleted during the run, restore it from the open file.
    !> Return an error if another file has its name.
@@ -77,7 +102,7 @@ contains
          if (entry%exists) call fail(error, error_file, name//' has been replaced during the '// &
             'run: another run may be writing the same output')
          if (allocated(error)) return
-         call flush_stream(journal%file, .false., error)
+         call flush_journal(journal, .false., error)
          if (.not. allocated(error)) call open_again(old, journal%file, error)
          if (.not. allocated(error)) call open_file(restored, name, to_append, error)
          if (allocated(error)) then
@@ -92,6 +117,38 @@ contains
       call close_file(journal%file, error)
       journal%file = restored
    end subroutine keep_name
+
+   !> Write the numbers that wait in memory, for a checkpoint or a fork.
+   subroutine flush_journal(journal, to_disk, error)
+      type(journal_type), intent(inout) :: journal  !< journal of the run
+      logical, intent(in) :: to_disk   !< wait until the file is on disk
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
+
+      call write_waiting(journal, error)
+      call flush_stream(journal%file, to_disk, error)
+   end subroutine flush_journal
+
+   !> Write the numbers that wait in memory to the file.
+   subroutine write_waiting(journal, error)
+      type(journal_type), intent(inout) :: journal  !< journal of the run
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
+
+      if (journal%n_waiting == 0 .or. allocated(error)) return
+      call write_numbers(journal%file, journal%waiting, journal%n_waiting, error)
+      journal%n_waiting = 0
+   end subroutine write_waiting
+
+   !> Write numbers to the file of a journal.
+   subroutine write_numbers(file, numbers, count, error)
+      type(byte_file_type), intent(in) :: file      !< open
+      integer, intent(in) :: count                  !< number of values
+      real(wp), target, intent(in) :: numbers(count)  !< values
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
+      integer(int8), pointer, contiguous :: bytes(:)
+
+      call c_f_pointer(c_loc(numbers), bytes, [bytes_of_number*count])
+      call write_bytes(file, bytes, error)
+   end subroutine write_numbers
 
    !> Copy a number of bytes from the beginning of a file to another file.
    subroutine copy_bytes(from, to, bytes, error)
@@ -200,13 +257,18 @@ contains
    subroutine append_numbers(journal, numbers, count, error)
       type(journal_type), intent(inout) :: journal  !< journal of the run
       integer, intent(in) :: count  !< number of values
-      real(wp), target, intent(in) :: numbers(count)  !< values
+      real(wp), intent(in) :: numbers(count)  !< values
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      integer(int8), pointer, contiguous :: bytes(:)
 
-      call c_f_pointer(c_loc(numbers), bytes, [bytes_of_number*count])
-      call write_bytes(journal%file, bytes, error)
-      journal%bytes = journal%bytes + size(bytes)
+      if (allocated(error)) return
+      journal%bytes = journal%bytes + bytes_of_number*int(count, long)
+      if (journal%n_waiting + count > size(journal%waiting)) call write_waiting(journal, error)
+      if (count > size(journal%waiting)) then
+         call write_numbers(journal%file, numbers, count, error)
+      else
+         journal%waiting(journal%n_waiting + 1:journal%n_waiting + count) = numbers
+         journal%n_waiting = journal%n_waiting + count
+      end if
    end subroutine append_numbers
 
    !> Open a journal for reading from its start.
@@ -217,35 +279,44 @@ contains
 
       call flush_stream(journal%file, .false., error)
       if (.not. allocated(error)) call open_again(reader%file, journal%file, error)
-      reader%bytes_left = journal%bytes
+      reader%bytes_left = journal%bytes - bytes_of_number*int(journal%n_waiting, long)
    end subroutine open_reader
 
    !> Read the kind of the next row, 0 at the end, and its number of contacts.
-   subroutine read_row(reader, kind, contacts, error)
+   subroutine read_row(reader, journal, kind, contacts, error)
       type(reader_type), intent(inout) :: reader  !< reader of the journal
+      type(journal_type), intent(in) :: journal  !< journal of the run
       integer, intent(out) :: kind, contacts  !< `row_sample` or `row_frame`; number of contacts
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp) :: head(2)
 
       kind = 0
       contacts = 0
-      if (reader%bytes_left <= 0) return
-      call read_numbers(reader, head, error)
+      if (reader%bytes_left <= 0 .and. reader%taken >= journal%n_waiting) return
+      call read_numbers(reader, journal, head, error)
       if (allocated(error)) return
       kind = nint(head(1))
       contacts = nint(head(2))
    end subroutine read_row
 
-   !> Read the next numbers of a row.
-   subroutine read_numbers(reader, numbers, error)
+   !> Read the next numbers of a row, first from the file and then from memory.
+   subroutine read_numbers(reader, journal, numbers, error)
       type(reader_type), intent(inout) :: reader  !< reader of the journal
+      type(journal_type), intent(in) :: journal  !< journal of the run
       real(wp), contiguous, target, intent(out) :: numbers(:)  !< [numbers] numbers of a row
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer(int8), pointer, contiguous :: bytes(:)
+      integer :: in_file, in_memory
 
-      call c_f_pointer(c_loc(numbers), bytes, [bytes_of_number*size(numbers)])
-      call read_bytes(reader%file, bytes, error)
-      reader%bytes_left = reader%bytes_left - size(bytes)
+      in_file = int(min(int(size(numbers), long), reader%bytes_left/bytes_of_number))
+      if (in_file > 0) then
+         call c_f_pointer(c_loc(numbers), bytes, [bytes_of_number*in_file])
+         call read_bytes(reader%file, bytes, error)
+         reader%bytes_left = reader%bytes_left - size(bytes)
+      end if
+      in_memory = size(numbers) - in_file
+      numbers(in_file + 1:) = journal%waiting(reader%taken + 1:reader%taken + in_memory)
+      reader%taken = reader%taken + in_memory
    end subroutine read_numbers
 
 end module dda_journal

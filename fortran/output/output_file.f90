@@ -439,16 +439,16 @@ contains
       allocate (output%column(capacity + spare_rows, size(sample)))
       call open_reader(reader, journal, error)
       do while (.not. (allocated(error) .or. allocated(output%dataset%error)))
-         call read_row(reader, kind, contacts, error)
+         call read_row(reader, journal, kind, contacts, error)
          if (allocated(error) .or. kind == 0) exit
          if (kind == row_sample) then
             if (output%waiting == capacity) call put_samples(output, simulation)
             output%waiting = output%waiting + 1
             output%samples = output%samples + 1
-            call read_numbers(reader, sample, error)
+            call read_numbers(reader, journal, sample, error)
             output%column(output%waiting, :) = sample
          else
-            call put_frame(output, reader, contacts, error)
+            call put_frame(output, reader, journal, contacts, error)
          end if
       end do
       if (.not. allocated(error)) call put_samples(output, simulation)
@@ -517,25 +517,28 @@ contains
    end subroutine put_row
 
    !> Write the next frame of the journal, variable by variable.
-   subroutine put_frame(output, reader, contacts, error)
+   subroutine put_frame(output, reader, journal, contacts, error)
       type(output_type), intent(inout) :: output  !< file being written
       type(reader_type), intent(inout) :: reader  !< reader of the journal, after the row header
+      type(journal_type), intent(in) :: journal  !< journal of the run
       integer, intent(in) :: contacts  !< number of contacts
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       output%frames = output%frames + 1
-      call copy_variables(output, reader, each_frame, output%frames, 1, error)
+      call copy_variables(output, reader, journal, each_frame, output%frames, 1, error)
       if (contacts == 0) return
       call put(output%dataset, 'contact_frame', spread(real(output%frames - 1, wp), 1, contacts), &
          [output%contacts + 1], [contacts])
-      call copy_variables(output, reader, each_contact, output%contacts + 1, contacts, error)
+      call copy_variables(output, reader, journal, each_contact, output%contacts + 1, contacts, &
+         error)
       output%contacts = output%contacts + contacts
    end subroutine put_frame
 
    !> Copy the next numbers of the journal to variables with a value per frame or contact.
-   subroutine copy_variables(output, reader, row, first, rows, error)
+   subroutine copy_variables(output, reader, journal, row, first, rows, error)
       type(output_type), intent(inout) :: output  !< file being written
       type(reader_type), intent(inout) :: reader  !< reader of the journal
+      type(journal_type), intent(in) :: journal  !< journal of the run
       integer, intent(in) :: row           !< each_frame or each_contact
       integer, intent(in) :: first, rows   !< index and length in the slowest dimension
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -547,7 +550,7 @@ contains
             if (.not. is_in(variable, row, output%has(variable%family))) cycle
             if (allocated(buffer)) deallocate (buffer)
             allocate (buffer(rows*numbers_of(variable, output%lengths)))
-            call read_numbers(reader, buffer, error)
+            call read_numbers(reader, journal, buffer, error)
             call put_row(output, variable, buffer, first, rows)
          end associate
       end do

@@ -10,7 +10,7 @@
 module dda_run
    use dda_kinds, only: wp, long
    use dda_added_stages, only: add_stages
-   use dda_byte_file, only: cut_file, close_file, flush_stream
+   use dda_byte_file, only: cut_file
    use dda_changes, only: change_now
    use dda_checkpoint, only: checkpoints_type, begin_checkpoints, save_checkpoint, &
       load_checkpoint, has_checkpoint, remove_spare, remove_checkpoints
@@ -20,8 +20,8 @@ module dda_run
    use dda_interrupts, only: stop_was_requested, stop_requested
    use dda_frame, only: append_frame
    use dda_free_memory, only: reserve_type, make_reserve
-   use dda_journal, only: journal_type, open_journal, keep_name, begin_row, append_numbers, &
-      row_sample, journal_suffix
+   use dda_journal, only: journal_type, open_journal, close_journal, keep_name, flush_journal, &
+      begin_row, append_numbers, row_sample, journal_suffix
    use dda_model, only: model_type, run_steps, run_duration
    use dda_output_file, only: write_output, writing_memory, is_complete
    use dda_output_place, only: check_target, partial
@@ -57,6 +57,7 @@ module dda_run
       type(reserve_type) :: reserve                 !< memory reserved for writing the output
       character(len=:), allocatable :: notice       !< position from which a resumed run continues
       integer(long) :: save_time = 0                    !< clock count at the last checkpoint
+      integer(long) :: journal_time = 0                 !< clock count when the journal was written
       logical :: writes = .false.                   !< files are open
       logical :: waits = .false.                    !< the first stage has not yet begun
       logical :: has_output = .false.               !< the run will write an output
@@ -64,6 +65,7 @@ module dda_run
       logical :: was_complete = .false.  !< the output was complete before the run was resumed
    end type run_type
 
+   real(wp), parameter :: longest_wait = 1.0_wp  !< s after which the journal is written
    integer, parameter :: few_blocks = 200  !< largest model that is checked for every run
    integer, parameter :: many_blocks = 5000       !< largest model that is checked for long runs
    integer(long), parameter :: many_steps = 2500 !< steps of a long run: a check takes less than 5 %
@@ -178,6 +180,7 @@ contains
       run%writes = .not. allocated(error)
       allocate (run%sample(size_of_sample(run%simulation)))
       call system_clock(run%save_time)
+      run%journal_time = run%save_time
    end subroutine open_files
 
    !> Close the journal, so that other runs can write the output.
@@ -185,7 +188,7 @@ contains
       type(run_type), intent(inout) :: run  !< run and its files
       type(error_type), allocatable :: unused
 
-      call close_file(run%journal%file, unused)
+      call close_journal(run%journal, unused)
       if (allocated(run%reserve%bytes)) deallocate (run%reserve%bytes)
       run%writes = .false.
    end subroutine close_files
@@ -252,7 +255,8 @@ contains
    subroutine record_step(run, error)
       type(run_type), intent(inout) :: run  !< run and its files
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      logical :: last, save, show
+      integer(long) :: time, rate
+      logical :: last, save
 
       last = finished(run%simulation)
       run%journal%iterations = max(run%journal%iterations, run%simulation%iteration%iterations)
@@ -263,11 +267,16 @@ contains
             is_output_time(run%simulation, settings%block_seconds)) call append_frame( &
             run%journal, run%simulation, error)
          if (allocated(error) .or. last) return
-         save = is_checkpoint_due(run, settings%checkpoint_minutes)
+         call system_clock(time, rate)
+         save = is_past(run%save_time, 60.0_wp*settings%checkpoint_minutes, time, rate)
          if (save .or. ends_interval(step, settings%checkpoint_interval)) call save_run(run, error)
       end associate
-      show = is_due(run%publishing)
-      if (show .and. .not. allocated(error)) call write_partial_output(run, error)
+      if (is_past(run%journal_time, longest_wait, time, rate)) then
+         call flush_journal(run%journal, .false., error)
+         run%journal_time = time
+      end if
+      if (is_due(run%publishing, time) .and. .not. allocated(error)) &
+         call write_partial_output(run, error)
    end subroutine record_step
 
    !> .true. if the number of a step is a multiple of an interval.
@@ -279,17 +288,14 @@ contains
       if (interval > 0) ends_interval = modulo(step, int(interval, long)) == 0
    end function ends_interval
 
-   !> .true. if a number of minutes have passed since the last checkpoint; 0: never.
-   logical function is_checkpoint_due(run, minutes)
-      type(run_type), intent(in) :: run  !< run and its files
-      real(wp), intent(in) :: minutes  !< minutes of clock time
-      integer(long) :: time, rate
+   !> .true. if a number of seconds have passed since a clock count; 0: never.
+   pure logical function is_past(start, seconds, time, rate)
+      integer(long), intent(in) :: start       !< clock count
+      real(wp), intent(in) :: seconds          !< s; 0: never
+      integer(long), intent(in) :: time, rate  !< present clock count, counts per second
 
-      is_checkpoint_due = .false.
-      if (minutes <= 0.0_wp) return
-      call system_clock(time, rate)
-      is_checkpoint_due = real(time - run%save_time, wp) >= 60.0_wp*minutes*real(rate, wp)
-   end function is_checkpoint_due
+      is_past = seconds > 0.0_wp .and. real(time - start, wp) >= seconds*real(rate, wp)
+   end function is_past
 
    !> Append a sample to the journal.
    subroutine record_sample(run, error)
@@ -339,10 +345,10 @@ contains
 
    !> Flush the buffer of the journal before a fork, because the new process would copy the buffer.
    subroutine flush_run(run, error)
-      type(run_type), intent(in) :: run  !< run and its files
+      type(run_type), intent(inout) :: run  !< run and its files
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
-      if (run%writes) call flush_stream(run%journal%file, .false., error)
+      if (run%writes) call flush_journal(run%journal, .false., error)
    end subroutine flush_run
 
    !> Write a checkpoint now.

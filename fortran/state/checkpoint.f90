@@ -12,13 +12,12 @@ module dda_checkpoint
    use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
    use dda_kinds, only: long
    use dda_archive, only: archive_type, write_archive, serialise
-   use dda_byte_file, only: flush_stream
    use dda_checked_file, only: begin_writing, end_writing, begin_reading, end_reading
    use dda_checksum, only: checksum_of
    use dda_errors, only: error_type, error_file, error_checkpoint, fail
    use dda_file_system, only: is_file, rename_file, exchange_files
-   use dda_journal, only: journal_type, keep_name, extend_checksum, serialise_mark, &
-      return_to_mark
+   use dda_journal, only: journal_type, keep_name, flush_journal, extend_checksum, &
+      serialise_mark, return_to_mark
    use dda_model, only: model_type, block_sources
    use dda_motion_curve, only: motion_curve_type
    use dda_output_place, only: checkpoint
@@ -124,12 +123,14 @@ contains
       type(simulation_type), intent(inout) :: simulation  !< simulation, written or read
       type(journal_type), intent(inout) :: journal  !< journal of the run
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
+      integer(long) :: time
       logical :: to_disk
 
-      to_disk = is_due(checkpoints%flushing)
+      call system_clock(time)
+      to_disk = is_due(checkpoints%flushing, time)
       call begin_task(checkpoints%flushing)
       call keep_name(journal, error)
-      call flush_stream(journal%file, to_disk, error)
+      call flush_journal(journal, to_disk, error)
       call extend_checksum(journal, error)
       if (.not. allocated(error)) call begin_writing(checkpoints%coming, checkpoints%archive, error)
       if (.not. allocated(error)) then
