@@ -164,17 +164,25 @@ contains
    end function relative_motion
 
    !> Compute the changes of a gap and slip due to changes of the coordinates.
-   !> Sums of six are written out, so that the compiler computes four or two terms at once.
+   !> Four, then two coordinates fill vector registers, as in `add_force`.
    pure subroutine find_motion(gradient_v, gradient_e, of_v, of_e, change)
       real(wp), intent(in) :: gradient_v(6, 2), gradient_e(6, 2)  !< rows of both blocks
       real(wp), intent(in) :: of_v(6), of_e(6)     !< changes of the blocks of vertex and edge
       real(wp), intent(out) :: change(2)
-      real(wp) :: gap(6), slip(6)
+      real(wp) :: part(6, 2)
+      integer :: i, row
 
-      gap = gradient_v(:, 1)*of_v - gradient_e(:, 1)*of_e
-      slip = gradient_v(:, 2)*of_v - gradient_e(:, 2)*of_e
-      change = [(gap(1) + gap(3) + gap(5)) + (gap(2) + gap(4) + gap(6)), &
-         (slip(1) + slip(3) + slip(5)) + (slip(2) + slip(4) + slip(6))]
+      do row = 1, 2
+         !$omp simd
+         do i = 1, 4
+            part(i, row) = gradient_v(i, row)*of_v(i) - gradient_e(i, row)*of_e(i)
+         end do
+         !$omp simd
+         do i = 5, 6
+            part(i, row) = gradient_v(i, row)*of_v(i) - gradient_e(i, row)*of_e(i)
+         end do
+      end do
+      change = (part(1, :) + part(3, :) + part(5, :)) + (part(2, :) + part(4, :) + part(6, :))
    end subroutine find_motion
 
    !> Add a normal force N and a shear force −T at a material point to the force on its block.
@@ -182,8 +190,16 @@ contains
       real(wp), intent(in) :: normal_force, shear_force  !< N and T, N/m
       real(wp), intent(in) :: rows(6, 2)         !< rows of the block
       real(wp), intent(inout) :: force(6)        !< force on the block, N
+      integer :: i
 
-      force = force + (normal_force*rows(:, 1) - shear_force*rows(:, 2))
+      !$omp simd
+      do i = 1, 4
+         force(i) = force(i) + (normal_force*rows(i, 1) - shear_force*rows(i, 2))
+      end do
+      !$omp simd
+      do i = 5, 6
+         force(i) = force(i) + (normal_force*rows(i, 1) - shear_force*rows(i, 2))
+      end do
    end subroutine add_force
 
 end module dda_contact_gradients

@@ -39,7 +39,7 @@ module dda_checkpoint
       'free fields, motions of boundaries, mean velocities, kept variables of contacts first, '// &
       'maxima, broken faces, doubts as records, mean stresses, couplings of factors, '// &
       'gradients of contacts, rows by schema, water in joints and its tables, '// &
-      'contractions of factors, rows of gaps and slips'
+      'contractions and uses of factors, rows of gaps and slips'
 
    !> The checkpoints of an output.
    type :: checkpoints_type

@@ -5,7 +5,7 @@ module test_block_cholesky
    use dda_kinds, only: wp
    use dda_block_graph, only: block_graph_type, graph_of
    use dda_block_matrix, only: block_matrix_type, multiply, set_pattern
-   use dda_cholesky_double, only: factor_type, analyse, factorise, solve
+   use dda_cholesky_double, only: factor_type, analyse, apply, factorise, solve
    use dda_cholesky_single, only: single_factor_type => factor_type, analyse_single => analyse, &
       factorise_single => factorise, solve_single => solve
    use dda_lapack, only: dposv
@@ -271,7 +271,7 @@ contains
       type(single_factor_type) :: single_factor
       real(wp) :: b(6, n), x(6, n), expected(6*n, 1)
       real(wp), allocatable :: dense(:,:)
-      integer :: info
+      integer :: info, i
 
       call set_pattern(matrix, n, pairs)
       call fill_definite(matrix)
@@ -285,10 +285,25 @@ contains
       call check_no_error(error, 'factor')
       call solve(factor, b, x)
       call check_close(reshape(x, [6*n]), expected(:, 1), 'solution', relative=1.0e-12_wp)
+      do i = 1, 41  ! the last one uses inverted fronts
+         call apply(factor, b, x)
+      end do
+      call check(factor%inverted .neqv. factor%plan%sharing%is_shared, 'fronts are inverted')
+      call check_close(reshape(x, [6*n]), expected(:, 1), 'products', relative=1.0e-12_wp)
+      matrix%diagonal = 2*matrix%diagonal
+      matrix%lower = 2*matrix%lower
+      call factorise(factor, matrix, error)
+      call check_no_error(error, 'factor of the doubled matrix')
+      call apply(factor, 2*b, x)
+      call check_close(reshape(x, [6*n]), expected(:, 1), 'new factor', relative=1.0e-12_wp)
+      do i = 1, 41
+         call apply(factor, 2*b, x)
+      end do
+      call check_close(reshape(x, [6*n]), expected(:, 1), 'new products', relative=1.0e-12_wp)
       call analyse_single(single_factor, matrix)
       call factorise_single(single_factor, matrix, error)
       call check_no_error(error, 'single factor')
-      call solve_single(single_factor, b, x)
+      call solve_single(single_factor, 2*b, x)
       call check_close(reshape(x, [6*n]), expected(:, 1), 'single solution', relative=2.0e-5_wp)
    end subroutine check_against_dense
 

@@ -9,8 +9,8 @@ module dda_factor_solver
    use dda_abstract_solver, only: equations_type, linear_solver_type, convergence_type, accuracy
    use dda_archive, only: archive_type, archive_values => serialise, fail_archive, serialise_label
    use dda_block_matrix, only: block_matrix_type, multiply
-   use dda_cholesky_double, only: factor_type, analyse_sparse => analyse, prepare_to_read, &
-      factorise, solve_sparse => solve
+   use dda_cholesky_double, only: factor_type, analyse_sparse => analyse, &
+      apply_sparse => apply, prepare_to_read, factorise, solve_sparse => solve
    use dda_conjugate_gradients, only: make_workspace
    use dda_errors, only: error_type
    use dda_ordered_sums, only: inner_product
@@ -151,7 +151,7 @@ contains
       real(wp), intent(in) :: r(6, n)  !< residual
       real(wp), intent(out) :: z(6, n)  !< correction of the solution
 
-      call solve_sparse(self%sparse, r, z)
+      call apply_sparse(self%sparse, r, z)
    end subroutine precondition
 
    !> Save or restore the values of a factor of an earlier matrix.
@@ -175,6 +175,7 @@ contains
          return
       end if
       call archive_values(archive, self%sparse%packed)
+      call archive_values(archive, self%sparse%uses)
    end subroutine serialise
 
 end module dda_factor_solver
