@@ -12,7 +12,7 @@ module dda_contact_evaluation
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
    private
-   public :: evaluate_contacts
+   public :: evaluate_contacts, evaluate_some
 
 contains
 
@@ -38,6 +38,23 @@ contains
             last_of(p, contacts%n), largest, residual)
       end do
    end subroutine evaluate_contacts
+
+   !> Compute forces and states of the listed contacts by their laws at d.
+   pure subroutine evaluate_some(contacts, laws, d, list)
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
+      integer, intent(in) :: list(:)  !< numbers of the contacts
+      real(wp) :: largest, residual
+      integer :: i
+
+      largest = 0.0_wp
+      residual = 0.0_wp
+      do i = 1, size(list)
+         call measure_range(contacts, d, list(i), list(i))
+         call evaluate_range(contacts, laws, list(i), list(i), largest, residual)
+      end do
+   end subroutine evaluate_some
 
    !> Evaluate contacts first … last; update the largest force and the largest difference.
    pure subroutine evaluate_range(contacts, laws, first, last, largest, residual)

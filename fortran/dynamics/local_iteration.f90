@@ -10,6 +10,7 @@ submodule(dda_open_close) dda_local_iteration
    use dda_block_matrix, only: entry_of, set_pattern
    use dda_compact_block, only: compact
    use dda_contact, only: copy_contacts
+   use dda_contact_evaluation, only: evaluate_some
    use dda_contact_gradients, only: relative_motion
    use dda_counting_sort, only: sort_by_key
    use dda_linear_solver, only: analyse, choose_solver, weigh_loads
@@ -53,7 +54,10 @@ contains
             end associate
          end associate
       end do
-      if (regions > 0) call evaluate(iteration, system, contacts, laws)
+      if (regions == 0) return
+      call evaluate_some(contacts, laws, system%d, list)
+      iteration%residual = maxval(contacts%force_residual(:contacts%n))
+      if (system%contact_terms%by_state) call keep_states(iteration, contacts)
    end subroutine iterate_regions
 
    !> .true. if the model can be divided into regions.  Conditions: only contacts couple its blocks;
@@ -83,29 +87,20 @@ contains
       integer, intent(out) :: region(:)  !< [blocks] region of each block, 0 if fixed
       integer, intent(out) :: regions  !< number of regions
       logical :: near(size(region)), nearer(size(region))
-      integer :: root(size(region)), c, k, b
+      integer :: root(size(region)), pair(2, contacts%n), pairs, p, k, b
+      logical :: coupled(contacts%n)
 
-      near = .false.
-      do k = 0, region_reach
+      call mark_changing(contacts, tolerance, near, pair, coupled, pairs)
+      do k = 1, region_reach
          nearer = near
-         do c = 1, contacts%n
-            associate (v => contacts%block_v(c), e => contacts%block_e(c), &
-               before => contacts%state(c), after => contacts%trial_state(c))
-               if (k == 0 .and. (before == after .or. &
-                  contacts%force_residual(c) <= tolerance)) cycle
-               if (k > 0) then
-                  if (before == contact_open .and. after == contact_open) cycle
-                  if (.not. (nearer(v) .or. nearer(e))) cycle
-               end if
-               near(v) = .true.
-               near(e) = .true.
-            end associate
+         do p = 1, pairs
+            if (.not. coupled(p)) cycle
+            if (nearer(pair(1, p)) .or. nearer(pair(2, p))) near(pair(:, p)) = .true.
          end do
       end do
       root = [(b, b=1, size(root))]
-      do c = 1, contacts%n
-         if (near(contacts%block_v(c)) .and. near(contacts%block_e(c))) &
-            call unite_trees(root, contacts%block_v(c), contacts%block_e(c))
+      do p = 1, pairs
+         if (near(pair(1, p)) .and. near(pair(2, p))) call unite_trees(root, pair(1, p), pair(2, p))
       end do
       regions = 0
       region = 0
@@ -116,6 +111,37 @@ contains
          if (root(b) < b) region(b) = region(find_root(root, b))
       end do
    end subroutine find_regions
+
+   !> Mark the blocks of changing contacts, and list the pairs of blocks in the list of contacts.
+   pure subroutine mark_changing(contacts, tolerance, near, pair, coupled, pairs)
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
+      real(wp), intent(in) :: tolerance  !< tolerance of the force difference, N/m
+      logical, intent(out) :: near(:)  !< [blocks] the block has a changing contact
+      integer, intent(out) :: pair(2, contacts%n)  !< blocks of each pair
+      logical, intent(out) :: coupled(contacts%n)  !< [pairs] a contact is or becomes closed
+      integer, intent(out) :: pairs  !< number of pairs
+      integer :: c, last
+
+      near = .false.
+      pairs = 0
+      last = 0
+      do c = 1, contacts%n
+         associate (v => contacts%block_v(c), e => contacts%block_e(c), &
+            before => contacts%state(c), after => contacts%trial_state(c))
+            if (contacts%pair(c) /= last) then
+               last = contacts%pair(c)
+               pairs = pairs + 1
+               pair(:, pairs) = [v, e]
+               coupled(pairs) = .false.
+            end if
+            if (before == contact_open .and. after == contact_open) cycle
+            coupled(pairs) = .true.
+            if (before == after .or. contacts%force_residual(c) <= tolerance) cycle
+            near(v) = .true.
+            near(e) = .true.
+         end associate
+      end do
+   end subroutine mark_changing
 
    !> Unite the trees of two blocks; the root of each tree is its first block.
    pure subroutine unite_trees(root, a, b)

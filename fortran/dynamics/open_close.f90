@@ -30,8 +30,7 @@ module dda_open_close
    private
    public :: open_close_type, solve_contacts, solve_assumed, begin_iteration, counts_of, &
       add_counts, iterate, evaluate, check_strength, adopt_trial_states, fail_if_step_stopped, &
-         loose_residual, &
-      retained_fraction, most_bound_rounds
+         loose_residual, keep_states, retained_fraction, most_bound_rounds
 
    real(wp), parameter :: short_step = 0.5_wp  !< α of the line search after an overshoot
    real(wp), parameter :: very_short_step = 0.1_wp  !< α below which a step is very short

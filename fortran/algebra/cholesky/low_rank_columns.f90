@@ -12,6 +12,7 @@ module dda_low_rank_columns
    use dda_cholesky_single, only: factor_type
    use dda_front_plan, only: front_plan_type, longest_front_vector
    use dda_rank_one, only: rank_one_type, most_changes
+   use dda_registers, only: wide_registers
    use dda_packed_panels, only: packed_rows, panels_of
    use dda_team, only: largest_team
    implicit none
@@ -270,14 +271,67 @@ contains
             if (.not. columns%is_nonzero(front, column)) cycle
             do pivot = plan%first(front), plan%first(front + 1) - 1, pivots_together
                count = min(pivots_together, plan%first(front + 1) - pivot)
-               call sgemm('N', 'T', vector_width, vector_width, 6*count, 1.0_sp, &
-                  columns%w(1, 1, pivot, row), vector_width, columns%w(1, 1, pivot, column), &
-                  vector_width, 0.0_sp, product, vector_width)
+               call multiply_transposed(6*count, columns%w(1, 1, pivot, row), &
+                  columns%w(1, 1, pivot, column), product)
                total = total + product
             end do
          end associate
       end do
    end subroutine multiply_panels
+
+   !> Compute P = A Bᵀ for rows of two panels.
+   subroutine multiply_transposed(rows, a, b, p)
+      integer, intent(in) :: rows  !< number of rows of the panels
+      real(sp), intent(in) :: a(vector_width, rows), b(vector_width, rows)  !< A and B
+      real(sp), intent(inout) :: p(vector_width, vector_width)  !< P
+
+      if (wide_registers) then
+         call multiply_in_registers(rows, a, b, 0, p)
+         call multiply_in_registers(rows, a, b, vector_width/2, p(1, vector_width/2 + 1))
+      else
+         call sgemm('N', 'T', vector_width, vector_width, rows, 1.0_sp, a, vector_width, b, &
+            vector_width, 0.0_sp, p, vector_width)
+      end if
+   end subroutine multiply_transposed
+
+   !> Compute eight columns of P = A Bᵀ.
+   pure subroutine multiply_in_registers(rows, a, b, before, p)
+      integer, intent(in) :: rows, before  !< rows of the panels; columns of P before these eight
+      real(sp), intent(in) :: a(vector_width, rows), b(vector_width, rows)  !< A and B
+      real(sp), intent(inout) :: p(vector_width, 8)  !< eight columns of P
+      real(sp), dimension(vector_width) :: p1, p2, p3, p4, p5, p6, p7, p8
+      integer :: i, k
+
+      p1 = 0.0_sp
+      p2 = 0.0_sp
+      p3 = 0.0_sp
+      p4 = 0.0_sp
+      p5 = 0.0_sp
+      p6 = 0.0_sp
+      p7 = 0.0_sp
+      p8 = 0.0_sp
+      do k = 1, rows
+         !$omp simd
+         do i = 1, vector_width
+            p1(i) = p1(i) + a(i, k)*b(before + 1, k)
+            p2(i) = p2(i) + a(i, k)*b(before + 2, k)
+            p3(i) = p3(i) + a(i, k)*b(before + 3, k)
+            p4(i) = p4(i) + a(i, k)*b(before + 4, k)
+            p5(i) = p5(i) + a(i, k)*b(before + 5, k)
+            p6(i) = p6(i) + a(i, k)*b(before + 6, k)
+            p7(i) = p7(i) + a(i, k)*b(before + 7, k)
+            p8(i) = p8(i) + a(i, k)*b(before + 8, k)
+         end do
+      end do
+      p(:, 1) = p1
+      p(:, 2) = p2
+      p(:, 3) = p3
+      p(:, 4) = p4
+      p(:, 5) = p5
+      p(:, 6) = p6
+      p(:, 7) = p7
+      p(:, 8) = p8
+   end subroutine multiply_in_registers
 
    !> Compute Wᵀ y of several panels.
    subroutine project_vector(columns, plan, panels, y, projection)
