@@ -7,7 +7,6 @@ module dda_site_response
    use dda_output_reader, only: read_histories
    use dda_settings, only: amplification_type
    use dda_spectrum, only: spectral_peak_type, amplification, find_peak
-   use dda_text, only: to_text
    implicit none
    private
    public :: response_peak_type, find_amplification_peak, peak_text
@@ -49,13 +48,14 @@ contains
       type(amplification_type), intent(in) :: request  !< points, axis, band (Hz)
       type(response_peak_type), intent(in) :: peak  !< frequency (Hz) and amplitude
       character(len=:), allocatable :: text
-      character(len=16) :: amplitude, frequency
+      character(len=16) :: amplitude, frequency, bin_width
 
-      write (amplitude, '(f0.3)') peak%spectral%amplitude
-      write (frequency, '(f0.4)') peak%spectral%frequency
+      write (amplitude, '(f16.3)') peak%spectral%amplitude
+      write (frequency, '(f16.4)') peak%spectral%frequency
+      write (bin_width, '(f16.6)') peak%spectral%bin_width
       text = 'amplification '//trim(model%points(request%surface)%name)//'/'// &
-         trim(model%points(request%base)%name)//' ("within"): '//trim(amplitude)//' at '// &
-         trim(frequency)//' Hz (bin width '//to_text(peak%spectral%bin_width)//' Hz, '// &
+         trim(model%points(request%base)%name)//' ("within"): '//trim(adjustl(amplitude))// &
+         ' at '//trim(adjustl(frequency))//' Hz (bin width '//trim(adjustl(bin_width))//' Hz, '// &
          merge('peak interpolated)', 'peak at a bin)    ', peak%spectral%interpolated)
    end function peak_text
 
