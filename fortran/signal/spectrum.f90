@@ -9,8 +9,7 @@ module dda_spectrum
    use dda_taper, only: cosine_taper
    implicit none
    private
-   public :: spectral_peak_type, compute_fourier_spectrum, amplification, amplification_length, &
-      find_peak
+   public :: spectral_peak_type, compute_fourier_spectrum, amplification, find_peak
 
    ! largest number of samples with padding; 3 GiB of work space
    integer(long), parameter :: longest_series = 134217728_long
@@ -43,35 +42,12 @@ contains
       integer, intent(in), optional :: padding
       !> fraction of the length under the cosine taper, 0 … 1 (default 0)
       real(wp), intent(in), optional :: taper
-      integer :: factor
-
-      factor = 1
-      if (present(padding)) factor = padding
-      call check_padding(size(series), factor, error)
-      if (allocated(error)) return
-      call transform(series, time_step, factor*size(series), frequency, spectrum, error, taper)
-   end subroutine compute_fourier_spectrum
-
-   !> Transform a series with a taper, and with zeros up to a length.
-   subroutine transform(series, time_step, length, frequency, spectrum, error, taper)
-      real(wp), intent(in) :: series(:)                      !< [samples]
-      real(wp), intent(in) :: time_step                      !< Δt, s
-      integer, intent(in) :: length                          !< length with added zeros
-      real(wp), allocatable, intent(out) :: frequency(:)     !< Hz [bins]
-      complex(wp), allocatable, intent(out) :: spectrum(:)   !< see `compute_fourier_spectrum`
-      type(error_type), allocatable, intent(out) :: error    !< allocated if an argument is wrong
-      real(wp), intent(in), optional :: taper                !< see `compute_fourier_spectrum`
       real(wp), allocatable :: padded(:)
-      real(wp) :: fraction
       logical :: success
       integer :: bin
 
-      fraction = 0.0_wp
-      if (present(taper)) fraction = taper
-      call check_window(series, time_step, fraction, error)
+      call prepare_series(series, time_step, padded, error, padding, taper)
       if (allocated(error)) return
-      allocate (padded(length), source=0.0_wp)
-      padded(:size(series)) = series*cosine_taper(size(series), fraction)
       allocate (spectrum(size(padded)/2 + 1), frequency(size(padded)/2 + 1))
       call transform_forward(padded, spectrum, success)
       if (.not. success) call fail(error, error_solver, 'FFTW lacks memory for '// &
@@ -81,7 +57,7 @@ contains
       do bin = 1, size(frequency)
          frequency(bin) = real(bin - 1, wp)/(real(size(padded), wp)*time_step)
       end do
-   end subroutine transform
+   end subroutine compute_fourier_spectrum
 
    !> Ratio of the complex spectra of two motions, surface / base.
    !>
@@ -94,25 +70,21 @@ contains
       real(wp), allocatable, intent(out) :: frequency(:)     !< Hz [bins]
       complex(wp), allocatable, intent(out) :: ratio(:)      !< [bins]
       type(error_type), allocatable, intent(out) :: error    !< allocated if an argument is wrong
-      integer, intent(in), optional :: padding               !< see `amplification_length`
+      integer, intent(in), optional :: padding               !< see `compute_fourier_spectrum`
       real(wp), intent(in), optional :: taper                !< see `compute_fourier_spectrum`
       real(wp), parameter :: min_ratio = 1.0e-10_wp
       complex(wp), allocatable :: surface_spectrum(:), base_spectrum(:)
       real(wp), allocatable :: magnitude(:)
       real(wp) :: floor
-      integer :: factor, length
 
-      factor = 1
-      if (present(padding)) factor = padding
       if (size(surface_motion) /= size(base_motion)) call fail(error, error_input, &
          'amplification needs two series of equal length, not '//to_text(size(surface_motion))// &
          ' and '//to_text(size(base_motion)))
-      if (.not. allocated(error)) call check_padding(size(surface_motion), factor, error)
       if (allocated(error)) return
-      length = amplification_length(size(surface_motion), factor)
-      call transform(surface_motion, time_step, length, frequency, surface_spectrum, error, taper)
-      if (.not. allocated(error)) call transform(base_motion, time_step, length, frequency, &
-         base_spectrum, error, taper)
+      call compute_fourier_spectrum(surface_motion, time_step, frequency, surface_spectrum, error, &
+         padding, taper)
+      if (.not. allocated(error)) call compute_fourier_spectrum(base_motion, time_step, frequency, &
+         base_spectrum, error, padding, taper)
       if (allocated(error)) return
       magnitude = abs(base_spectrum)
       floor = min_ratio*maxval(magnitude)
@@ -164,39 +136,33 @@ contains
       peak%interpolated = .true.
    end subroutine refine_peak
 
-   !> Length of the series of an amplification with added zeros: with padding, a power of two.
-   !> Otherwise a length with a large prime factor would take several times as long.
-   pure integer function amplification_length(samples, padding) result(length)
-      integer, intent(in) :: samples   !< number of samples
-      integer, intent(in) :: padding   !< smallest length with added zeros/number of samples
+   !> Taper and pad a series, after checking that it can be transformed.
+   subroutine prepare_series(series, time_step, padded, error, padding, taper)
+      real(wp), intent(in) :: series(:)                      !< [samples]
+      real(wp), intent(in) :: time_step                      !< Δt, s
+      real(wp), allocatable, intent(out) :: padded(:)        !< [padding × samples]
+      type(error_type), allocatable, intent(out) :: error    !< allocated if an argument is wrong
+      integer, intent(in), optional :: padding               !< see `compute_fourier_spectrum`
+      real(wp), intent(in), optional :: taper                !< see `compute_fourier_spectrum`
+      integer :: factor
+      real(wp) :: fraction
 
-      integer(long) :: smallest
-
-      length = samples
-      if (padding == 1) return
-      smallest = min(int(padding, long)*samples, longest_series)
-      length = 1
-      do while (length < smallest)
-         length = 2*length
-      end do
-   end function amplification_length
-
-   !> Check the padding of a series.
-   subroutine check_padding(samples, padding, error)
-      integer, intent(in) :: samples  !< number of samples
-      integer, intent(in) :: padding  !< length with added zeros/number of samples
-      type(error_type), allocatable, intent(inout) :: error  !< allocated if the padding is wrong
-
-      if (padding < 1 .or. int(padding, long)*samples > longest_series) call fail(error, &
-         error_input, 'a padding of '//to_text(padding)//' times '//to_text(samples)// &
-         ' samples must be at least 1 time, and give at most '//to_text(longest_series)//' samples')
-   end subroutine check_padding
+      factor = 1
+      if (present(padding)) factor = padding
+      fraction = 0.0_wp
+      if (present(taper)) fraction = taper
+      call check_window(series, time_step, factor, fraction, error)
+      if (allocated(error)) return
+      allocate (padded(factor*size(series)), source=0.0_wp)
+      padded(:size(series)) = series*cosine_taper(size(series), fraction)
+   end subroutine prepare_series
 
    !> Check the arguments of a spectrum.
-   subroutine check_window(series, time_step, taper, error)
+   subroutine check_window(series, time_step, padding, taper, error)
       real(wp), intent(in) :: series(:)                      !< [samples]
       real(wp), intent(in) :: time_step                      !< Δt, s
       real(wp), intent(in) :: taper                          !< see `compute_fourier_spectrum`
+      integer, intent(in) :: padding                         !< see `compute_fourier_spectrum`
       type(error_type), allocatable, intent(out) :: error    !< allocated if an argument is wrong
 
       if (size(series) < 2) then
@@ -204,6 +170,10 @@ contains
             to_text(size(series)))
       else if (.not. (time_step > 1.0_wp/largest_value .and. time_step < largest_value)) then
          call fail(error, error_input, 'a spectrum needs a positive time step')
+      else if (padding < 1 .or. int(padding, long)*size(series, kind=long) > longest_series) then
+         call fail(error, error_input, 'a padding of '//to_text(padding)//' times '// &
+            to_text(size(series))//' samples must be at least 1 time, and give at most '// &
+            to_text(longest_series)//' samples')
       else if (.not. (taper >= 0.0_wp .and. taper <= 1.0_wp)) then
          call fail(error, error_input, 'the taper fraction of a series must be between 0 and 1')
       else if (.not. all(ieee_is_finite(series))) then

@@ -6,11 +6,10 @@ module api_motions
    use dda_baseline, only: baseline_type, motion_curve_type, make_motion_curve
    use dda_record, only: record_type, read_record
    use dda_response_spectrum, only: oscillator_peaks
-   use dda_spectrum, only: spectral_peak_type, compute_fourier_spectrum, amplification, &
-      amplification_length, find_peak
+   use dda_spectrum, only: spectral_peak_type, compute_fourier_spectrum, amplification, find_peak
    implicit none
    private
-   public :: read_ground_motion, spectrum_of, length_of_amplification, peak_of, oscillator_peaks_of
+   public :: read_ground_motion, spectrum_of, peak_of, oscillator_peaks_of
 
 contains
 
@@ -51,7 +50,7 @@ contains
    end subroutine read_ground_motion
 
    !> One-sided Fourier spectrum of a series, or the ratio of it to that of a base (m = n; else 0),
-   !> at half as many frequencies as samples with added zeros, plus 1.
+   !> at padding*n/2 + 1 frequencies.
    subroutine spectrum_of(n, m, series, base, time_step, padding, taper, bins, frequency, spectrum)
       integer(c_int), intent(in) :: n, m, padding, bins
       real(c_double), intent(in) :: series(n), base(m), time_step, taper
@@ -67,14 +66,6 @@ contains
       frequency = f
       spectrum = s
    end subroutine spectrum_of
-
-   !> Number of samples with added zeros of an amplification.
-   subroutine length_of_amplification(samples, padding, length)
-      integer(c_int), intent(in) :: samples, padding
-      integer(c_int), intent(out) :: length
-
-      length = amplification_length(samples, padding)
-   end subroutine length_of_amplification
 
    !> Peak between two frequencies: frequency, amplitude, bin width, 1 if interpolated.
    subroutine peak_of(bins, frequency, amplitude, lowest, highest, peak)

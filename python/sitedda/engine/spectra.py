@@ -78,8 +78,7 @@ def amplification(surface, base, time_step: float, padding: int = 8, taper: floa
     time_step : float
         s between samples.
     padding : int
-        Smallest zero-padded length over original length; with padding, the length is a power of
-        two.
+        Zero-padded length over original length.
     taper : float
         Fraction of the length under a cosine taper.
 
@@ -94,7 +93,7 @@ def amplification(surface, base, time_step: float, padding: int = 8, taper: floa
     if surface.shape != base.shape:
         sizes = f"{surface.size} and {base.size}"
         raise InputError(f"`surface` and `base` differ in number of samples: {sizes}")
-    bins = api.length_of_amplification(surface.size, int(padding)) // 2 + 1
+    bins = int(padding) * surface.size // 2 + 1
     return checked(api.spectrum_of, surface, base, time_step, padding, taper, bins)
 
 
