@@ -39,20 +39,24 @@ contains
       end do
    end subroutine evaluate_contacts
 
-   !> Compute forces and states of the listed contacts by their laws at d.
-   pure subroutine evaluate_some(contacts, laws, d, list)
-      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
+   !> Compute forces and states of some contacts at d; the blocks of the others have not changed.
+   pure subroutine evaluate_some(contacts, laws, d, list, largest, residual)
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step, all evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer, intent(in) :: list(:)  !< numbers of the contacts
-      real(wp) :: largest, residual
-      integer :: i
+      real(wp), intent(inout) :: largest   !< largest force so far, N/m
+      real(wp), intent(out) :: residual    !< largest difference from the assumed forces, N/m
+      integer :: i, c
 
-      largest = 0.0_wp
       residual = 0.0_wp
       do i = 1, size(list)
          call measure_range(contacts, d, list(i), list(i))
          call evaluate_range(contacts, laws, list(i), list(i), largest, residual)
+      end do
+      do c = 1, contacts%n
+         largest = max(largest, abs(contacts%normal_force(c)), abs(contacts%shear_force(c)))
+         residual = max(residual, contacts%force_residual(c))
       end do
    end subroutine evaluate_some
 

@@ -10,7 +10,6 @@ submodule(dda_open_close) dda_local_iteration
    use dda_block_matrix, only: entry_of, set_pattern
    use dda_compact_block, only: compact
    use dda_contact, only: copy_contacts
-   use dda_contact_evaluation, only: evaluate_some
    use dda_contact_gradients, only: relative_motion
    use dda_counting_sort, only: sort_by_key
    use dda_linear_solver, only: analyse, choose_solver, weigh_loads
@@ -54,10 +53,7 @@ contains
             end associate
          end associate
       end do
-      if (regions == 0) return
-      call evaluate_some(contacts, laws, system%d, list)
-      iteration%residual = maxval(contacts%force_residual(:contacts%n))
-      if (system%contact_terms%by_state) call keep_states(iteration, contacts)
+      if (regions > 0) call evaluate(iteration, system, contacts, laws, list)
    end subroutine iterate_regions
 
    !> .true. if the model can be divided into regions.  Conditions: only contacts couple its blocks;

@@ -11,7 +11,7 @@ module dda_open_close
    use dda_errors, only: error_type, error_convergence, fail
    use dda_block_vectors, only: copy_vector
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
-   use dda_contact_evaluation, only: evaluate_contacts
+   use dda_contact_evaluation, only: evaluate_contacts, evaluate_some
    use dda_friction, only: acting, laws_type, shear_stiffness_of, start_force
    use dda_interrupts, only: fail_if_stopped, fail_within_step, stop_within_step
    use dda_friction_bounds, only: bounds_type, freeze_bounds, unfreeze_bounds, renew_bounds
@@ -30,7 +30,7 @@ module dda_open_close
    private
    public :: open_close_type, solve_contacts, solve_assumed, begin_iteration, counts_of, &
       add_counts, iterate, evaluate, check_strength, adopt_trial_states, fail_if_step_stopped, &
-         loose_residual, keep_states, retained_fraction, most_bound_rounds
+         loose_residual, retained_fraction, most_bound_rounds
 
    real(wp), parameter :: short_step = 0.5_wp  !< α of the line search after an overshoot
    real(wp), parameter :: very_short_step = 0.1_wp  !< α below which a step is very short
@@ -342,15 +342,20 @@ contains
    end function will_change
 
    !> Evaluate the laws and the residual at d.
-   subroutine evaluate(iteration, system, contacts, laws)
+   subroutine evaluate(iteration, system, contacts, laws, moved)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(in) :: system  !< equations of the step, solved
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in), optional :: moved(:)  !< contacts of changed blocks; without it, all
       real(wp) :: largest
 
       largest = iteration%weight
-      call evaluate_contacts(contacts, laws, system%d, largest, iteration%residual)
+      if (present(moved)) then
+         call evaluate_some(contacts, laws, system%d, moved, largest, iteration%residual)
+      else
+         call evaluate_contacts(contacts, laws, system%d, largest, iteration%residual)
+      end if
       iteration%tolerance = tolerance_of(iteration, system, contacts, laws, largest)
       iteration%unconverged = 0
       if (iteration%residual > iteration%tolerance) &

@@ -237,6 +237,60 @@ contains
       call check(bonds > 20, 'some are bonded')
    end subroutine simple_contacts
 
+   !> After two blocks have moved, evaluating their contacts gives what evaluating all gives, also
+   !> for the tolerance and the worst contact.
+   subroutine contacts_of_moved_blocks()
+      integer, parameter :: systems = 5, each = 6, n = systems*each
+      type(system_type) :: full_system, system
+      type(contacts_type) :: partly, wholly, contacts
+      type(open_close_type) :: part, whole
+      integer :: i, k, moved, elsewhere
+
+      call systems_beside(full_system, systems, 2*systems)
+      call reserve(partly, n)
+      do i = 1, systems
+         do
+            call random_system(system, contacts, laws, each, 30.0_wp)
+            if (size(system%linear%column) == 0) exit
+         end do
+         call put(system, contacts, 2*i - 2, full_system, partly)
+      end do
+      call assume_nothing(partly)
+      elsewhere = 0
+      do i = 1, 40
+         moved = 1 + modulo(i, systems)
+         full_system%d = reshape(random_vector(12*systems), [6, 2*systems])
+         call evaluate(part, full_system, partly, laws)
+         full_system%d(:, 2*moved - 1:2*moved) = reshape(random_vector(12), [6, 2])
+         wholly = partly
+         whole = part
+         call evaluate(part, full_system, partly, laws, [(k, k=each*(moved - 1) + 1, each*moved)])
+         call evaluate(whole, full_system, wholly, laws)
+         call check_close([part%residual, part%tolerance], [whole%residual, whole%tolerance], &
+            'residual and tolerance', relative=1.0e-14_wp)
+         call check(part%unconverged == whole%unconverged, 'worst contact')
+         call check_close(partly%force_residual(:n), wholly%force_residual(:n), 'differences', &
+            relative=1.0e-14_wp)
+         call check(all(partly%trial_state(:n) == wholly%trial_state(:n)), 'states')
+         if ((whole%unconverged - 1)/each + 1 /= moved) elsewhere = elsewhere + 1
+      end do
+      call check(elsewhere > 10 .and. elsewhere < 40, 'the worst contact may not have moved')
+   end subroutine contacts_of_moved_blocks
+
+   !> Clear what an iteration has assumed on contacts.
+   subroutine assume_nothing(contacts)
+      type(contacts_type), intent(inout) :: contacts
+
+      contacts%bonded = .false.
+      contacts%slide_force = 0.0_wp
+      contacts%slip_sign = 1.0_wp
+      contacts%close_count = 0
+      contacts%retained = 0.0_wp
+      contacts%retained_at = 0.0_wp
+      contacts%spring = 0.0_wp
+      contacts%free_force = 0.0_wp
+   end subroutine assume_nothing
+
    !> Let contact c begin an iteration in a state; every second sticking contact is bonded.
    subroutine assume_state(state, c)
       integer, intent(in) :: state, c
