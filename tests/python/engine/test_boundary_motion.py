@@ -64,7 +64,7 @@ def test_level_ground_moves_as_the_incoming_free_field():
         pair = history.sel(boundary=f"free field {side}")
         for name in QUANTITIES:
             expected = column[name].sel(point=side).values
-            bound = 1e-7 * abs(expected).max()
+            bound = 5e-8 * abs(expected).max()
             np.testing.assert_allclose(pair[f"incoming_{name}"], expected, atol=bound)
             np.testing.assert_allclose(pair[f"boundary_{name}"], expected, atol=bound)
 

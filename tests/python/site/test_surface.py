@@ -33,7 +33,7 @@ def test_level_ground_equals_its_free_field():
     np.testing.assert_allclose(result.amplification[corner], 1.0, atol=1e-6)
     np.testing.assert_allclose(result.peak_acceleration[corner], 1.0, atol=1e-6)
     for side in ("left", "right"):
-        assert run.verdict.values[f"side_departure[free field {side}]"] < 1e-7
+        assert run.verdict.values[f"side_departure[free field {side}]"] < 5e-8
 
 
 def test_a_hill_amplifies_most_at_its_top():
