@@ -147,16 +147,18 @@ def _shaken_slip(model: Model, ramp: float, duration: float) -> np.ndarray:
 
 @case(
     "A slope with two joint sets, shaken after a static stage and after a ramp of gravity",
-    "If the joints slip, the final displacement does not depend on the application of gravity. The "
+    "If the joints slip, the final displacement hardly depends on the application of gravity. The "
     "model is the slope of the examples under its record (30 m, planes at 35°, φ 38°, 5 % damping, "
     "impacts without rebound). The short form is a slope of 8 m under pulses. Stick and slip of "
-    "many blocks amplify small differences, so means of several runs are compared.",
-    "Plasticity: residual stresses do not change the plastic flow.",
+    "many blocks amplify small differences, so means of seven runs are compared; φ differs by "
+    "0.001° from run to run. Single runs scatter by 4 to 10 %, hence the limit of 15 %.",
+    "Plasticity: residual stresses do not change an associated plastic flow. Friction without "
+    "dilation is not associated, so a difference of a few percent may remain.",
 )
 def gravity_ramp(short: bool) -> Outcome:
     """Check the mean slip of the crest; tabulate the slip of each run."""
     duration, ramp = (1.5, 1.0) if short else (13.0, 5.0)
-    offsets = (0.0,) if short else (-1e-3, 0.0, 1e-3)
+    offsets = (0.0,) if short else 1e-3 * np.arange(-3, 4)
     figure, axes = canvas(1, size=(8, 4))
     slips = {"static stage": [], f"ramp of {ramp:g} s": []}
     for (beginning, results), color, seconds in zip(
@@ -173,7 +175,7 @@ def gravity_ramp(short: bool) -> Outcome:
     axes[0].set(xlabel="time, s", ylabel="slip of the crest, m")
     after_stage, after_ramp = (float(np.mean(results)) for results in slips.values())
     quantity = "mean slip of the crest after a ramp of gravity; expected: after a static stage"
-    rows = [relative(quantity, after_stage, after_ramp, 0.01 if short else 0.1, "m")]
+    rows = [relative(quantity, after_stage, after_ramp, 0.01 if short else 0.15, "m")]
     cells = [[start, *(f"{slip:.4f}" for slip in results)] for start, results in slips.items()]
     head = ["gravity", *(f"φ {38.0 + offset:g}°" for offset in offsets)]
     return Outcome(rows, figure, [Table("Slip of the crest, m", head, cells)])
