@@ -70,8 +70,7 @@ contains
       if (history%n_unmatched == 0) return
       call grow(history%next, 2*old%n + 1)
       call index_by_vertex(history, old)
-      call transfer_unmatched(new, old, history, same_edge=.true.)
-      call transfer_unmatched(new, old, history, same_edge=.false.)
+      call transfer_unmatched(new, old, history)
       call subtract_offsets(new, history)
       if (force_remains(old, history)) call transfer_forces(new, old, history)
       call clear_index(history, old)
@@ -143,55 +142,56 @@ contains
    end subroutine list_unmatched
 
    !> Transfer histories to the unmatched contacts of the new list.
-   !> The predecessor has the same vertex and edge, or the same two blocks.  Of several candidates,
-   !> the one with the smallest change of distance is used.
-   subroutine transfer_unmatched(new, old, history, same_edge)
+   !> The predecessor has the same vertex and edge, or else the same two blocks.  Of the contacts
+   !> without a predecessor on the same edge, those with the smallest change of distance are first.
+   subroutine transfer_unmatched(new, old, history)
       type(contacts_type), intent(inout) :: new     !< receives history
+      type(contacts_type), intent(in) :: old        !< list of the last step
+      type(history_type), intent(inout) :: history  !< index of the unmatched contacts
+      real(wp) :: away(history%n_unmatched)
+      integer :: candidates(history%n_unmatched), n, k, from
+
+      do k = 1, history%n_unmatched
+         call transfer_to(new, history%unmatched(k), old, history, same_edge=.true.)
+      end do
+      n = 0
+      do k = 1, history%n_unmatched
+         from = predecessor(new, old, history, history%unmatched(k), same_edge=.false.)
+         if (from == 0) cycle
+         n = n + 1
+         candidates(n) = history%unmatched(k)
+         away(n) = distance_change(new, candidates(n), old, from)
+      end do
+      candidates(:n) = candidates(merged_order(away(:n)))
+      do k = 1, n
+         call transfer_to(new, candidates(k), old, history, same_edge=.false.)
+      end do
+   end subroutine transfer_unmatched
+
+   !> Transfer the history of the predecessor to new contact c, if there is one.
+   subroutine transfer_to(new, c, old, history, same_edge)
+      type(contacts_type), intent(inout) :: new     !< receives history
+      integer, intent(in) :: c                      !< position in either list
       type(contacts_type), intent(in) :: old        !< list of the last step
       type(history_type), intent(inout) :: history  !< index of the unmatched contacts
       !> select predecessors on the same edge; .false.: on other edges
       logical, intent(in) :: same_edge
-      real(wp) :: away(history%n_unmatched)
-      integer :: order(history%n_unmatched)
-      integer :: k, c, from
+      integer :: from
 
-      away = huge(1.0_wp)
-      order = [(k, k=1, history%n_unmatched)]
-      if (.not. same_edge) then
-         do k = 1, history%n_unmatched
-            from = open_predecessor(history%unmatched(k))
-            if (from > 0) away(k) = distance_change(new, history%unmatched(k), old, from)
-         end do
-         order = merged_order(away)
+      from = predecessor(new, old, history, c, same_edge)
+      if (from == 0) return
+      call copy_history(new, c, c, old, from)
+      history%transferred(from) = .true.
+      history%matched(c) = .true.
+      if (same_edge) then
+         new%offset(c) = offset_at_distance(old%offset(from), new%gap(c))
+      else if (new%bonded(c)) then
+         new%offset(c) = 0.0_wp  ! a bonded contact has no offset
+      else
+         new%offset(c) = transferred_offset(new%gap(c), min(0.0_wp, old%new_gap(from)), &
+            old%offset(from))
       end if
-      do k = 1, history%n_unmatched
-         c = history%unmatched(order(k))
-         from = open_predecessor(c)
-         if (from == 0) cycle
-         call copy_history(new, c, c, old, from)
-         history%transferred(from) = .true.
-         history%matched(c) = .true.
-         if (same_edge) then
-            new%offset(c) = offset_at_distance(old%offset(from), new%gap(c))
-         else if (new%bonded(c)) then
-            new%offset(c) = 0.0_wp  ! a bonded contact has no offset
-         else
-            new%offset(c) = transferred_offset(new%gap(c), min(0.0_wp, old%new_gap(from)), &
-               old%offset(from))
-         end if
-      end do
-
-   contains
-
-      !> Find the predecessor of new contact c; 0 if there is none or c has a history.
-      pure integer function open_predecessor(c) result(found)
-         integer, intent(in) :: c  !< position in either list
-
-         found = 0
-         if (c > new%n) return
-         if (.not. history%matched(c)) found = predecessor(new, old, history, c, same_edge)
-      end function open_predecessor
-   end subroutine transfer_unmatched
+   end subroutine transfer_to
 
    !> Return the offset, m, of a contact at its present distance.
    !> A negative offset (penetration without force) ends when the contact opens; a positive offset
@@ -281,19 +281,22 @@ contains
       end do
    end subroutine clear_index
 
-   !> Find the old contact whose history passes to a new contact; 0 if there is none.
+   !> Find the old contact whose history passes to a new contact; 0 if there is none, or if the
+   !> contact already has a history.
    !>
    !> Both have the same vertex and edge, or else the same two blocks, a common vertex and the same
    !> direction.  The history must not have been transferred already.
    pure integer function predecessor(new, old, history, c, same_edge) result(position)
       type(contacts_type), intent(in) :: new, old  !< new and old list of contacts
       type(history_type), intent(in) :: history    !< index of the unmatched contacts
-      integer, intent(in) :: c                     !< new contact
+      integer, intent(in) :: c                     !< position in either list
       !> select predecessors on the same edge; .false.: on other edges
       logical, intent(in) :: same_edge
       integer :: k, link, o
 
       position = 0
+      if (c > new%n) return
+      if (history%matched(c)) return
       do k = 1, merge(1, 2, same_edge)
          link = 0
          if (k == 1) link = history%head(new%vertex(c))

@@ -113,8 +113,10 @@ contains
       !> sum of the largest displacements of all steps, m; if absent, the scan is not stored
       real(wp), intent(in), optional :: path
       real(wp) :: peak(3, most_pieces), maxima(3)
+      logical :: with_pressed
       integer :: p, n
 
+      with_pressed = .false.
       associate (m => size(first%vertex))
          n = 1
          if (m >= parallel_from) n = pieces(m)
@@ -126,10 +128,16 @@ contains
                call scan_movements(first, blocks, first_of(p, m), last_of(p, m), peak(:, p))
             end do
          end if
+         do p = 1, n
+            if (peak(1, p) <= largest(of_slip)%value .and. &
+               peak(2, p) <= largest(of_opening)%value) cycle
+            if (.not. with_pressed) call find_pressed(first, contacts)
+            with_pressed = .true.
+            call update_movements(first, largest, blocks, time, merge(1, first_of(p, m), n == 1), &
+               merge(m, last_of(p, m), n == 1))
+         end do
       end associate
       maxima = maxval(peak(:, :n), 2)
-      if (maxima(1) > largest(of_slip)%value .or. maxima(2) > largest(of_opening)%value) &
-         call scan_all(first, largest, contacts, blocks, time)
       if (.not. present(path)) return
       first%path = path
       first%last_scan = maxima
@@ -163,30 +171,23 @@ contains
       peak = [slip, growth, slip + max(growth, -smallest)]
    end subroutine scan_movements
 
-   !> Update the largest slip and opening with the value of each contact.
-   subroutine scan_all(first, largest, contacts, blocks, time)
-      type(first_contacts_type), intent(inout) :: first  !< initially touching contacts
-      type(largest_type), intent(inout) :: largest(:)    !< [maxima] largest values so far
-      type(contacts_type), intent(in) :: contacts        !< contacts of the last step
-      type(blocks_type), intent(in) :: blocks            !< blocks in their present state
-      real(wp), intent(in) :: time                       !< s
+   !> Update the largest slip and opening with the values of contacts begin … end.
+   subroutine update_movements(first, largest, blocks, time, begin, end)
+      type(first_contacts_type), intent(in) :: first   !< contacts after `find_pressed`
+      type(largest_type), intent(inout) :: largest(:)  !< [maxima] largest values so far
+      type(blocks_type), intent(in) :: blocks          !< blocks in their present state
+      real(wp), intent(in) :: time                     !< s
+      integer, intent(in) :: begin, end                !< first and last contact
       real(wp) :: movement(2)
-      logical :: with_pressed
       integer :: c, owners(2)
 
-      with_pressed = .false.
-      do c = 1, size(first%vertex)
-         movement = foot_movement(first, blocks, c)  ! compression can only reduce the opening
-         if (.not. (abs(movement(1)) > largest(of_slip)%value .or. &
-            max(0.0_wp, movement(2)) > largest(of_opening)%value)) cycle
-         if (.not. with_pressed) call find_pressed(first, contacts)
-         with_pressed = .true.
+      do c = begin, end
          movement = contact_movement(first, blocks, c)
          owners = blocks%owner([first%vertex(c), first%edge(c)])
          call update_largest(largest(of_slip), abs(movement(1)), time, owners)
          call update_largest(largest(of_opening), max(0.0_wp, movement(2)), time, owners)
       end do
-   end subroutine scan_all
+   end subroutine update_movements
 
    !> Return the slip and opening of contact c; in compression, the opening is due to dilation only.
    pure function contact_movement(first, blocks, c) result(movement)
