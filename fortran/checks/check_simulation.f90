@@ -3,7 +3,7 @@
 module dda_check_simulation
    use dda_kinds, only: wp, long, pi
    use dda_interrupts, only: fail_if_stopped
-   use dda_advice, only: find_stiff_limit
+   use dda_advice, only: penalty_type, find_penalty_for_shift, find_stiff_limit
    use dda_blocks, only: blocks_type, smaller_side
    use dda_check_bodies, only: check_bodies, body_or_block_count, block_count_text, dispersion_text
    use dda_check_boundaries, only: check_boundaries
@@ -14,9 +14,9 @@ module dda_check_simulation
    use dda_check_report, only: add_check, add_line, first_mode, report_type, ringing_topic, &
       verdict_fail, verdict_ok, verdict_warn
    use dda_errors, only: error_type
-   use dda_linear_model, only: linear_model_type, energy_distribution_type, linearise, energy_of, &
-      set_moduli_at, set_penalty, unrelaxed
-   use dda_linear_terms, only: term_normal
+   use dda_linear_model, only: linear_model_type, is_dispersive, linearise, set_moduli_at, &
+      unrelaxed
+   use dda_linear_terms, only: at_theta, term_normal
    use dda_impact_regime, only: impact_regime_type, find_impact_regime
    use dda_model, only: run_steps
    use dda_modes, only: find_modes
@@ -37,8 +37,8 @@ module dda_check_simulation
    !> number of timed steps; largest number of blocks of a timed model
    integer, parameter :: timed_steps = 3, timed_blocks = 5000
    integer, parameter :: many_blocks = 1000              !< for more blocks, sudden gravity is slow
+   integer, parameter :: stiff_limit_blocks = 20000 !< most blocks for the effect of the penalty
    real(wp), parameter :: min_slope = 0.5_wp  !< |n·g|/|g| below which a joint is a head joint
-   integer, parameter :: stiff_limit_blocks = 2000 !< most blocks for a computed stiff limit
 
 contains
 
@@ -90,7 +90,7 @@ contains
       call fail_if_stopped(error)
       if (allocated(error)) return
       if (report%has_modes) call set_moduli_at(linear, report%modes%frequency(1))
-      call check_penalty(simulation, stiff%modulus, linear, report)
+      call check_penalty(simulation, linear, report, with_advice=.not. present(budget))
       call check_penalty_bounds(simulation, linear, report)
       call check_resolution(simulation%blocks, linear%time_step, report)
       call check_damping(linear, report)
@@ -261,77 +261,94 @@ contains
    end subroutine check_modes
 
    !> Report the ratio of penalty to block stiffness, and the effect on the first frequency.
-   subroutine check_penalty(simulation, modulus, linear, report)
+   subroutine check_penalty(simulation, linear, report, with_advice)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
-      real(wp), intent(in) :: modulus  !< largest modulus of the stiffest block, Pa
-      type(linear_model_type), intent(inout) :: linear  !< linearised model; restored on return
+      type(linear_model_type), intent(in) :: linear  !< linearised model, moduli at the first mode
       type(report_type), intent(inout) :: report  !< check report
+      logical, intent(in) :: with_advice  !< report costs, and the penalty for a shift of 1 %
+      character(len=*), parameter :: source = 'paper section 2.2: 40 E'
       type(error_type), allocatable :: error
-      type(energy_distribution_type) :: energy
-      real(wp) :: ratio, rigid_frequency
+      type(linear_model_type) :: work
+      real(wp) :: rigid_frequency
       character(len=:), allocatable :: finding
 
-      ratio = simulation%model%contact%normal_stiffness/(modulus*1.0_wp)
-      finding = 'normal_stiffness = '//short_text(simulation%model%contact%normal_stiffness)// &
-         ' N/m = '//short_text(ratio)//' × Young''s modulus × 1 m'
-      if (.not. report%has_modes .or. linear%n_by_penalty == 0) then
-         call add_line(report, verdict_ok, 'penalty', finding, 'paper section 2.2: 40 E', '')
+      finding = 'normal_stiffness = '//short_text(linear%normal_stiffness)//' N/m = '// &
+         short_text(linear%normal_stiffness/maxval(simulation%model%materials%young_modulus))// &
+         ' × Young''s modulus × 1 m'
+      if (linear%n > stiff_limit_blocks) finding = finding//'; its effect on the first frequency '// &
+         'is computed up to '//to_text(stiff_limit_blocks)//' blocks'
+      if (.not. report%has_modes .or. linear%n_by_penalty == 0 &
+         .or. linear%n > stiff_limit_blocks) then
+         call add_line(report, verdict_ok, 'penalty', finding, source, '')
          return
       end if
-      if (linear%n <= stiff_limit_blocks) then
-         call find_stiff_limit(linear, rigid_frequency, error)
-         call set_penalty(linear, simulation%model%contact%normal_stiffness)
-         if (allocated(error)) then
-            call add_line(report, verdict_ok, 'penalty', finding//'; '//error%message, &
-               'paper section 2.2: 40 E', '')
-            return
-         end if
-         report%frequency_shift = 1.0_wp - report%modes%frequency(1)/rigid_frequency
-      else
-         ! If springs proportional to k_n store a fraction s of the energy, ω² = (1 − s) × limit.
-         energy = energy_of(linear, report%modes%shape(:, :, 1))
-         report%frequency_shift = 1.0_wp - sqrt(max(0.0_wp, 1.0_wp - energy%of_penalty))
+      work = linear
+      call find_stiff_limit(work, rigid_frequency, error)
+      if (allocated(error)) then
+         call add_line(report, verdict_ok, 'penalty', finding//'; '//error%message, source, '')
+         return
       end if
+      report%frequency_shift = 1.0_wp - report%modes%frequency(1)/rigid_frequency
       finding = finding//'; joints lower the first frequency by '// &
-         short_text(100*report%frequency_shift)//' %, limit 5 %; '//penalty_cost_text(linear, &
-         report%frequency_shift)
+         short_text(100*report%frequency_shift)//' %, limit 5 %'
+      if (with_advice) finding = finding//'; '//penalty_cost_text(linear, rigid_frequency)
       call add_check(report, report%frequency_shift < 0.05_wp, 'penalty', finding, 'stiff limit', &
          'a higher normal_stiffness, unless soft joints are intended', first_mode, &
          'joints lower the frequency by '//short_text(100*report%frequency_shift)//' % ('// &
          counted(to_text(linear%n_by_penalty), 'contact', 'contacts')//')')
    end subroutine check_penalty
 
-   !> Text on the penalty that reduces the first frequency by 1 %.
-   !> The text includes the condition number of the contact iteration at the present penalty and at
-   !> this penalty.
+   !> Text on what the penalty costs and saves, now and if it reduces the first frequency by 1 %.
    !>
-   !> The iteration converges more slowly for a larger condition number of K̂ relative to inertia,
-   !> κ = 1 + θχ z k_n Δt²/m; z k_n/m is the largest ratio of contact stiffness to block mass.
-   !> The contribution of joints to 1/f² is proportional to 1/k_n.
-   pure function penalty_cost_text(linear, shift) result(text)
+   !> The contact iteration converges more slowly for a larger condition number of K̂ relative to
+   !> inertia, κ ≈ 1 + χ z k_n Δt²/m; z k_n/m is the largest ratio of contact stiffness to block
+   !> mass.  Bonded contacts act at t₀ + θΔt and count θ times.  Penetrations are proportional to
+   !> 1/k_n.
+   function penalty_cost_text(linear, rigid_frequency) result(text)
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      real(wp), intent(in) :: shift  !< relative reduction of the first frequency by joints
+      real(wp), intent(in) :: rigid_frequency  !< first frequency for k → ∞, Hz
       character(len=:), allocatable :: text
-      real(wp), parameter :: target_shift = 0.01_wp, min_shift = 1.0e-7_wp
-      real(wp) :: springs(linear%n), cost, ratio
+      type(penalty_type) :: penalty
+      type(error_type), allocatable :: error
+      real(wp) :: springs(linear%n), cost, spring, ratio
       integer :: i
 
       springs = 0.0_wp
       do i = linear%element_terms + 1, linear%terms%n
          associate (term => linear%terms%term(i))
             if (term%kind /= term_normal .or. .not. term%of_penalty) cycle
-            springs(term%block_a) = springs(term%block_a) + term%coefficient
-            if (term%block_b > 0) springs(term%block_b) = springs(term%block_b) + term%coefficient
+            spring = term%coefficient
+            if (term%instant == at_theta) spring = linear%scheme%theta*spring
+            springs(term%block_a) = springs(term%block_a) + spring
+            if (term%block_b > 0) springs(term%block_b) = springs(term%block_b) + spring
          end associate
       end do
-      cost = linear%scheme%theta*linear%scheme%chi*linear%time_step**2*maxval(springs &
-         /linear%block_mass, mask=linear%block_mass > 0.0_wp)
-      text = 'the condition number of the contact iteration is '//short_text(1.0_wp + cost)
-      if (shift <= min_shift .or. shift >= 1.0_wp) return
-      ratio = ((1.0_wp - shift)**(-2) - 1.0_wp)/((1.0_wp - target_shift)**(-2) - 1.0_wp)
-      text = text//'; a shift of 1 % requires normal_stiffness = '// &
-         short_text(ratio*linear%normal_stiffness)//' N/m, with condition number '// &
-         short_text(1.0_wp + ratio*cost)
+      cost = linear%scheme%chi*linear%time_step**2*maxval(springs/linear%block_mass, &
+         mask=linear%block_mass > 0.0_wp)
+      text = penetration_text(1.0_wp)//'the condition number of the contact iteration is about '// &
+         short_text(1.0_wp + cost)
+      if (is_dispersive(linear)) then
+         call find_penalty_for_shift(linear, 1.0_wp, penalty, error)
+      else
+         call find_penalty_for_shift(linear, 1.0_wp, penalty, error, reference=rigid_frequency)
+      end if
+      if (allocated(error) .or. .not. penalty%reached) return
+      ratio = penalty%normal_stiffness/linear%normal_stiffness
+      text = text//'; with normal_stiffness = '//short_text(penalty%normal_stiffness)// &
+         ' N/m, joints lower it by 1 %, '//penetration_text(ratio)// &
+         'the condition number is about '//short_text(1.0_wp + ratio*cost)
+
+   contains
+
+      !> Text on the penetration with a multiple of the penalty; empty without penetration.
+      pure function penetration_text(factor) result(penetrates)
+         real(wp), intent(in) :: factor  !< new k_n over present k_n
+         character(len=:), allocatable :: penetrates
+
+         penetrates = ''
+         if (linear%penetration > 0.0_wp) penetrates = 'static contacts penetrate by '// &
+            short_text(linear%penetration/factor)//' m, '
+      end function penetration_text
    end function penalty_cost_text
 
    !> Check the static penetration and the forces due to rounding of positions.

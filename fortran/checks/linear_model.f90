@@ -4,6 +4,8 @@
 !>
 !> States of contacts: 'closed': all touching contacts stick; 'present': as in the run; 'settled':
 !> as in static equilibrium (`dda_equilibrium`); 'auto': 'settled' with gravity, else 'closed'.
+!> Contacts at the limit of friction in equilibrium stick in small vibrations, because each reversal
+!> of the motion ends their slip; only contacts without friction slide.
 !>
 !> Damped materials are elastic in this model, with the given modulus.  `set_moduli_at` replaces it
 !> by the real part of the complex modulus at a frequency, `unrelaxed` by the largest modulus.
@@ -18,7 +20,7 @@ module dda_linear_model
    use dda_contact_gradients, only: find_rows, rows_type
    use dda_contact, only: contacts_type, is_point, contact_open, contact_slide, contact_stick
    use dda_elements, only: list_linear_terms
-   use dda_friction, only: laws_type, shear_stiffness_of
+   use dda_friction, only: find_bound, laws_type, shear_stiffness_of
    use dda_joint_contact, only: state_of
    use dda_joint_law, only: weakened
    use dda_doubts, only: doubt_type
@@ -59,7 +61,6 @@ module dda_linear_model
       type(linear_terms_type) :: terms              !< terms of elements, then of closed contacts
       integer :: element_terms = 0                  !< number of terms of elements
       real(wp) :: normal_stiffness = 0.0_wp         !< k_n, N/m per metre of thickness
-      real(wp) :: modulus = 0.0_wp                  !< modulus of the stiffest block material, Pa
       type(damping_type), allocatable :: damping(:) !< distinct damping laws of the materials
       integer, allocatable :: law(:)                !< [n] damping law of each block; 0: none
       !> [3,3,n] `elastic` with the modulus of the input
@@ -154,7 +155,6 @@ contains
          linear%position = blocks%position(1:2, :) + spread(model%origin, 2, blocks%n)
          linear%name = model%block_names
          linear%normal_stiffness = simulation%laws%normal_stiffness
-         linear%modulus = maxval(blocks%stiffness(1, 1, :)/blocks%area)
          linear%points = model%points
          allocate (linear%point_rows(2, 6, size(model%points)))
          do p = 1, size(model%points)
@@ -213,7 +213,6 @@ contains
 
       stiff = linear
       call scale_moduli(stiff, linear%damping%unrelaxed)
-      if (is_dispersive(linear)) stiff%modulus = linear%modulus*maxval(linear%damping%unrelaxed)
    end subroutine unrelaxed
 
    !> Multiply the given moduli of the blocks of each damping law by a factor.
@@ -327,6 +326,8 @@ contains
             end if
             if (contacts%bonded(c)) state = contact_stick
             if (state == contact_open) cycle
+            if (linear%equilibrium%at_rest .and. .not. contacts%bonded(c)) &
+               state = state_in_vibrations(simulation%laws, contacts, c)
             term%source = c
             term%block_a = v
             term%block_b = e
@@ -349,6 +350,17 @@ contains
          end associate
       end do
    end subroutine add_contacts
+
+   !> State of closed contact c in small vibrations about equilibrium: it sticks if it has friction.
+   pure integer function state_in_vibrations(laws, contacts, c) result(state)
+      type(laws_type), intent(in) :: laws             !< stiffness and strength of the contacts
+      type(contacts_type), intent(in) :: contacts     !< contacts in equilibrium, with forces
+      integer, intent(in) :: c                        !< number of the contact
+      real(wp) :: bound, unused(2)
+
+      call find_bound(contacts, laws, c, bound, unused(1), unused(2))
+      state = merge(contact_stick, contact_slide, bound > 0.0_wp)
+   end function state_in_vibrations
 
    !> Set the instant at which the joint law of a contact acts.
    !> Also set whether the stiffness of the contact is a penalty.

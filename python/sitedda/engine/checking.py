@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..base.arguments import COUNT, not_negative
+from ..base.arguments import COUNT, POSITIVE, Range, not_negative
 from ..base.core import api
 from ..base.errors import InputError
 from ..base.numbers import number
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from ..report import Table
 
 _NUMBER_PATTERN = re.compile(r"(?<![\w.'])([-+]?\d+\.?\d*)(?:[eE]([-+]?\d+))?(?![\w.]*')")
+_REDUCTION = Range(1e-9, 0.999)  # accuracy of `penalty_for`
 _HEAD = re.compile(r"^(ok  |warn|fail)  (.{18})(.*)$", re.IGNORECASE)
 
 
@@ -346,6 +347,7 @@ def penalty_for_frequency(
     model, frequency: float, contacts: str = "auto", changes: Mapping | None = None, **variables
 ) -> Penalty:
     """Find the normal stiffness with which the first mode has a measured frequency (Hz)."""
+    frequency = POSITIVE.check("frequency", frequency)
     with _open_model(model, changes, variables) as simulation:
         return _find_penalty(simulation, contacts, "frequency", frequency)
 
@@ -365,7 +367,7 @@ def penalty_for(
     ----------
     model : path or Simulation
     accuracy : float
-        Reduction as a fraction of the first frequency with rigid joints, above 0 and below 1.
+        Reduction as a fraction of the first frequency with rigid joints, from 1e-9 to 0.999.
     contacts : str
         See `modes`.
     changes, **variables
@@ -378,10 +380,13 @@ def penalty_for(
     Raises
     ------
     SiteddaError
-        If the fraction is out of range, or no penalty changes the first frequency.
+        If the fraction is out of range; if no closed contact has the stiffness
+        `normal_stiffness`; if rigid joints would prevent all motion; or if the penalty would exceed
+        the largest permitted value.
     """
+    accuracy = _REDUCTION.check("accuracy", accuracy)
     with _open_model(model, changes, variables) as simulation:
-        return _find_penalty(simulation, contacts, "shift", 100 * accuracy)
+        return _find_penalty(simulation, contacts, "shift", 100.0 * accuracy)
 
 
 def _find_penalty(simulation: Simulation, contacts: str, criterion: str, value: float) -> Penalty:
@@ -393,4 +398,5 @@ def penalty_for_shift(
     model, percent: float, contacts: str = "auto", changes: Mapping | None = None, **variables
 ) -> Penalty:
     """Call `penalty_for` with an accuracy in per cent."""
-    return penalty_for(model, percent / 100, contacts, changes, **variables)
+    accuracy = POSITIVE.check("percent", percent) / 100
+    return penalty_for(model, accuracy, contacts, changes, **variables)
