@@ -134,16 +134,14 @@ def test_contacts_that_gravity_closes(arch):
     assert not any("gravity closes" in doubt for doubt in calibration.doubts)
 
 
-def test_one_unknown_that_changes_contacts(root):
-    """A facade has contacts without force, which each change of the unknown opens or closes."""
+def test_contacts_at_the_limit_of_friction_do_not_disturb(root):
+    """Many joints of a facade have no force and hardly any friction; they stick all the same."""
     facade = root / "inputs/facade.nml"
-    with pytest.raises(InputError, match="not linear"):
-        family_of(facade, {"contact.normal_stiffness": 2e8})
     frequency = sitedda.modes(facade, 2).frequency
     modes = {"frequency": frequency, "deviation": 0.01 * frequency}
     calibration = calibrate(facade, modes, {"contact.normal_stiffness": (5e7, 8e8)})
-    assert any("all touching contacts are assumed closed" in doubt for doubt in calibration.doubts)
-    assert 1.5e8 < calibration.unknowns.best.iloc[0] < 2e8  # more contacts are closed
+    assert not any("gravity closes" in doubt for doubt in calibration.doubts)
+    assert calibration.unknowns.best.iloc[0] == pytest.approx(2e8, rel=1e-3)
 
 
 def test_derivatives_where_a_model_is_unstable():
