@@ -229,8 +229,8 @@ contains
    end subroutine describe
 
    !> Find the root of y(s) − 1/ω², with ω of the target, by Newton's method.
-   !> y is almost linear in s.  A step out of the bracket of the root is replaced by bisection; while
-   !> no s is known to be too soft, a step increases s at most by `most_growth`.
+   !> y is almost linear in s.  Bisection replaces a step out of the bracket of the root; while no s
+   !> is known to be too soft, a step increases s at most by `most_growth`.
    subroutine find_root(work, first_guess, penalty, error)
       type(linear_model_type), intent(inout) :: work  !< linearised model, changed
       real(wp), intent(in) :: first_guess  !< N/m per metre of thickness

@@ -275,8 +275,8 @@ contains
       finding = 'normal_stiffness = '//short_text(linear%normal_stiffness)//' N/m = '// &
          short_text(linear%normal_stiffness/maxval(simulation%model%materials%young_modulus))// &
          ' × Young''s modulus × 1 m'
-      if (linear%n > stiff_limit_blocks) finding = finding//'; its effect on the first frequency '// &
-         'is computed up to '//to_text(stiff_limit_blocks)//' blocks'
+      if (linear%n > stiff_limit_blocks) finding = finding//'; its effect on the first '// &
+         'frequency is computed up to '//to_text(stiff_limit_blocks)//' blocks'
       if (.not. report%has_modes .or. linear%n_by_penalty == 0 &
          .or. linear%n > stiff_limit_blocks) then
          call add_line(report, verdict_ok, 'penalty', finding, source, '')

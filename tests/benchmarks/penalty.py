@@ -2,8 +2,9 @@
 """Time and error against the penalty: python tests/benchmarks/penalty.py [--docs]
 
 A wall, a toppling slope and a column of the examples run with normal stiffnesses from 1 to
-400 E · 1 m.  The error is the reduction of the first frequency by joints, as in the check; the time
-is the processor time of a run, the least of three, over that at 1 E.  --docs draws docs/howto/penalty.png.
+400 E · 1 m.  The error is the reduction of the first frequency by joints, as in the check; the
+time is the processor time of a run, the least of three, over that at 1 E.  --docs draws
+docs/howto/penalty.png.
 """
 
 import re
