@@ -241,7 +241,8 @@ def modes(
     count : int
     contacts : {'auto', 'closed', 'present', 'settled'}
         Contacts with stiffness. 'closed': all that touch; 'present': those closed at present;
-        'settled': those closed by gravity; 'auto': 'settled' with gravity, otherwise 'closed'.
+        'settled': those closed by gravity, which stick if they have friction; 'auto': 'settled'
+        with gravity, otherwise 'closed'.
     changes, **variables
         Variables to change in the input, see `Simulation`.
     """
@@ -361,7 +362,8 @@ def penalty_for(
 ) -> Penalty:
     """Find the normal stiffness whose joints lower the first frequency by a given fraction.
 
-    Stiffer joints need more iterations, see the line "penalty" of `check`.
+    The closed contacts are those with the penalty of the model.  Stiffer joints need more
+    iterations, see the line "penalty" of `check`.
 
     Parameters
     ----------
