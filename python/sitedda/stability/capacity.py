@@ -81,6 +81,8 @@ class Pushover:
         Masses of the bodies, kg/m.
     pull : float
         Gravity, m/s².
+    pattern : ndarray, shape (bodies,)
+        Load on each body at a factor of 1 / its weight; 1 for 'horizontal' and 'tilt'.
     """
 
     load: str
@@ -100,6 +102,7 @@ class Pushover:
     ending: str = ""
     masses: np.ndarray = field(repr=False, default_factory=lambda: np.zeros(0))
     pull: float = 9.81
+    pattern: np.ndarray = field(repr=False, default_factory=lambda: np.ones(1))
 
     @property
     def peak(self) -> float:
@@ -378,10 +381,12 @@ class _PushoverRun:
         bodies = self.blocks.bodies
         mean = bodies.mean(change)
         verdicts = judge_blocks(mean, bodies.radii)
+        masses = np.bincount(bodies.of, self.blocks.mass)
+        pattern = np.bincount(bodies.of, self.blocks.mass * self.blocks.pattern) / masses
         return Pushover(self.load, self.sense, self.point, displacement, largest, factor, work,
                         friction, float(self.blocks.mass.sum()), bodies.names, verdicts, mean,
                         tuple(verdicts[i] for i in bodies.of), polygons, ending,
-                        np.bincount(bodies.of, self.blocks.mass), self.pull)  # fmt: skip
+                        masses, self.pull, pattern)  # fmt: skip
 
 
 def _extrapolate_factor(steps: list[tuple[float, float]]) -> float:

@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ..base.arguments import POSITIVE
 from ..base.errors import InputError
 
 _GROUND = {  # EN 1998-1:2004, tables 3.2 and 3.3: S, T_B, T_C, T_D
@@ -30,6 +31,7 @@ def eurocode8(peak: float, ground: str = "A", kind: int = 1) -> Callable:
     if kind not in _GROUND or ground not in _GROUND[kind]:
         raise InputError(f"ground = {ground!r}, kind = {kind!r}: use ground A to E and kind 1 or 2")
     soil, b, c, d = _GROUND[kind][ground]
+    peak = POSITIVE.check("peak", peak)
 
     def spectrum(period):
         t = np.asarray(period, dtype=float)
@@ -53,10 +55,12 @@ def eurocode8_2024(
     factors : (float, float)
         Site amplification factors F_α and F_β, from the table of the code or a site analysis.
     """
-    high, at_one = plateau * factors[0], one_second * factors[1]
-    if not (high > 0 and one_second > 0 and 0.05 * high <= at_one <= 2 * high):
-        raise InputError(f"S_α = {high:g} and S_β = {at_one:g} m/s²: give values above 0, S_β from "
-                         "0.05 to 2 S_α")  # fmt: skip
+    plateau = POSITIVE.check("plateau", plateau)
+    one_second = POSITIVE.check("one_second", one_second)
+    alpha, beta = (POSITIVE.check("factors", factor) for factor in factors)
+    high, at_one = plateau * alpha, one_second * beta
+    if not 0.05 * high <= at_one <= 2 * high:
+        raise InputError(f"S_α = {high:g} and S_β = {at_one:g} m/s²: give S_β from 0.05 to 2 S_α")
     a, c, d = 0.02, at_one / high, max(2.0, 1.0 + one_second)
     b = min(max(c / 4, 0.05), 0.1)
 

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from ..base.arguments import COUNT, NOT_NEGATIVE, POSITIVE, TOLERANCE, picture_name
+from ..base.errors import InputError
 from ..base.files import OWN_TABLE, check_target, write
 from ..input.changes import add_changes
 
@@ -72,8 +73,9 @@ def add_pushover(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--steps", type=COUNT, default=200, help="number of static steps (200)")
     parser.add_argument("--ec8", nargs=2, metavar=("PEAK", "GROUND"), help="print the performance "
         "point of Eurocode 8: peak acceleration on rock (m/s²), ground A to E")  # fmt: skip
-    parser.add_argument("--method", choices=("n2", "mechanism"), default="n2", help="method of the "
-        "performance point: N2, or rocking mechanism of the Italian code (n2)")  # fmt: skip
+    parser.add_argument("--method", choices=("n2", "mechanism"), help="method of the "
+        "performance point with --ec8: N2, or rocking mechanism of the Italian code "
+        "(Circolare 617/2009) (n2)")  # fmt: skip
     parser.add_argument("--limits", action="store_true", help="add limit loads of rigid blocks")
     parser.add_argument("-o", "--output", type=picture_name, help="picture (FILE_pushover.png)")
     add_changes(parser)
@@ -87,6 +89,8 @@ def _run_pushover(options: argparse.Namespace) -> int:
     from .code_spectra import eurocode8
 
     spectrum = None
+    if options.method and not options.ec8:
+        raise InputError(f"--method {options.method} requires a spectrum: add --ec8 PEAK GROUND")
     if options.ec8:
         peak, ground = options.ec8
         spectrum = eurocode8(POSITIVE.check("--ec8", peak), ground)
@@ -107,7 +111,7 @@ def _run_pushover(options: argparse.Namespace) -> int:
     table = write(picture.with_suffix(".csv"), curve.to_csv(), OWN_TABLE, [options.file])
     print(f"curve: {table}")
     if spectrum:
-        point = performance_point(curve, spectrum, method=options.method)
+        point = performance_point(curve, spectrum, method=options.method or "n2")
         print(f"performance: {point}")
         figure = picture.with_name(f"{picture.stem}_performance{picture.suffix}")
         print(f"picture: {save_picture(point.draw(), figure, [options.file], dpi=130)}")

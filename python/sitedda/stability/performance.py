@@ -2,14 +2,16 @@
 """The performance point of a capacity curve: displacement demand of a spectrum.
 
 Let φ be the mechanism (1 at the point of the curve), Γ = Σmφ/Σmφ², d = Γ d*.  The principle of
-virtual work with inertia forces and the load λ g m yields d̈* + a*(d*) = −ü_g, a* = λ g.  (The
-Italian code uses λ g/e*, e* ≤ 1, which is larger if masses have different displacements.)
+virtual work with inertia forces and the load λ g p m, of pattern p, yields d̈* + a*(d*) = −ü_g,
+a* = λ g Σpmφ/Σmφ.  (The Italian code uses λ g/e*, e* ≤ 1, which is larger if masses have different
+displacements.)
 
 - 'n2' (Fajfar 2000, Earthquake Spectra 16; EN 1998-1, annex B): an elastic–perfectly plastic
   oscillator, with the secant stiffness at 0.6 of the peak and the same energy up to 0.8 of the peak
   on the falling branch.  Demand: S_De(T*), for T* < T_C multiplied by (1 + (q − 1) T_C/T*)/q.
-- 'mechanism' (Italian code, Circolare 2019, C8.7.1.2): rocking on a falling curve.  Capacity
+- 'mechanism' (Italian code, Circolare 617/2009, C8A.4.2): rocking on a falling curve.  Capacity
   d_u = 0.4 d₀, with zero resistance at d₀; demand S_De(T_s), T_s = 2π √(d_s/a_s), d_s = 0.4 d_u.
+  (The Circolare of 2019 has another period.)
 """
 
 import math
@@ -24,10 +26,14 @@ from .capacity import Pushover
 METHODS = ("n2", "mechanism")
 _ELASTIC, _LEFT = 0.6, 0.8  # fractions of the peak at the secant stiffness and at the capacity
 _CAPACITY, _SECANT = 0.4, 0.4  # ratios d_u/d₀ and d_s/d_u
+_BRIEF = 0.1  # largest distance of rows between which the capacity is interpolated / displacement
+_FAR = 6.0  # largest ratio of d₀, which is extrapolated, to the last displacement
 _LATE = 0.75  # fraction of the falling branch after which a line is fitted and extrapolated to 0
 _PERIODS = np.geomspace(0.01, 10.0, 3001)  # periods in the search of T_C and in the picture, s
 _LEAST = 0.1  # smallest ratio of the displacement of the point to the largest displacement
 _PLATEAU = 1e-3  # relative tolerance of the largest pseudo-velocity
+_ROCKING = ("T* follows from the stiffness of the contacts (normal_stiffness), because blocks "
+            "topple: method = 'mechanism' describes rocking")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -48,6 +54,8 @@ class Performance:
         d* (m) and a* (m/s²) of the pushover and of the equivalent oscillator.
     spectrum : ndarray, shape (periods, 2)
         Elastic S_De (m) and S_Ae (m/s²).
+    doubt : str
+        Reason to doubt the result; empty if there is none.
     """
 
     method: str
@@ -58,6 +66,7 @@ class Performance:
     curve: np.ndarray = field(repr=False)
     equivalent: np.ndarray = field(repr=False)
     spectrum: np.ndarray = field(repr=False)
+    doubt: str = ""
 
     @property
     def stands(self) -> bool:
@@ -70,12 +79,13 @@ class Performance:
         return self.capacity / self.demand if self.demand else math.inf
 
     def __str__(self) -> str:
-        """Return the verdict, demand, capacity and margin in a sentence."""
+        """Return the verdict, demand, capacity, margin and a doubt in a sentence."""
+        doubt = f"; doubt: {self.doubt}" if self.doubt else ""
         return (
             f"{'stands' if self.stands else 'fails'} ({self.method}): demand "
             f"{1e3 * self.demand:.4g} mm, capacity {1e3 * self.capacity:.4g} mm at T = "
             f"{self.period:.4g} s, margin {self.margin:.3g}; the point moves by "
-            f"{1e3 * self.at_point:.4g} mm"
+            f"{1e3 * self.at_point:.4g} mm{doubt}"
         )
 
     def draw(self):
@@ -119,7 +129,14 @@ def performance_point(pushover: Pushover, spectrum, *, method: str = "n2") -> Pe
     elastic = np.column_stack([values * (_PERIODS / (2 * math.pi)) ** 2, values])
     curve = np.column_stack([displacement, resistance])
     at_point = participation * demand
-    return Performance(method, period, demand, capacity, at_point, curve, line, elastic)
+    doubt = _ROCKING if method == "n2" and _is_rocking(pushover) else ""
+    return Performance(method, period, demand, capacity, at_point, curve, line, elastic, doubt)
+
+
+def _is_rocking(pushover: Pushover) -> bool:
+    """Return whether a body topples and the curve falls below 0.8 of its peak."""
+    falling = pushover.factor[int(np.argmax(pushover.factor)) :]
+    return "topples" in pushover.verdicts and bool(falling.min() < _LEFT * pushover.peak)
 
 
 def _spectrum_function(spectrum) -> Callable:
@@ -146,9 +163,10 @@ def _equivalent_oscillator(pushover: Pushover) -> tuple[float, np.ndarray, np.nd
                          "the mechanism: choose another point")  # fmt: skip
     shape = pushover.sense * pushover.mechanism[:, 0] / control
     mass, square = float(pushover.masses @ shape), float(pushover.masses @ shape**2)
+    pull = pushover.pull * float((pushover.masses * pushover.pattern) @ shape) / mass
     valid = pushover.factor > 0.0
     displacements = pushover.displacement[valid] * square / mass
-    return mass / square, displacements, pushover.factor[valid] * pushover.pull
+    return mass / square, displacements, pushover.factor[valid] * pull
 
 
 def _plastic_oscillator(displacement: np.ndarray, resistance: np.ndarray):
@@ -158,16 +176,36 @@ def _plastic_oscillator(displacement: np.ndarray, resistance: np.ndarray):
     secant = float(np.interp(_ELASTIC * resistance[peak], np.maximum.accumulate(resistance[rising]),
                              displacement[rising]))  # fmt: skip
     stiffness = _ELASTIC * resistance[peak] / max(secant, 1e-12 * displacement[-1])
-    weak = np.flatnonzero(resistance[peak:] < _LEFT * resistance[peak])
-    end = peak + int(weak[0]) if len(weak) else len(resistance) - 1
-    capacity = float(displacement[end])
-    energy = float(np.trapezoid(np.append(0.0, resistance[: end + 1]),
-                                np.append(0.0, displacement[: end + 1])))  # fmt: skip
+    displacement, resistance = _until_capacity(displacement, resistance)
+    capacity = float(displacement[-1])
+    if not capacity > 0.0:
+        raise InputError("the curve falls below 0.8 of its peak in its first step: increase the "
+                         "number of steps")  # fmt: skip
+    energy = float(np.trapezoid(np.append(0.0, resistance), np.append(0.0, displacement)))
     root = max(0.0, capacity**2 - 2 * energy / stiffness)
     yielding = capacity - math.sqrt(root)
     strength = stiffness * yielding
     line = np.array([(0.0, 0.0), (yielding, strength), (capacity, strength)])
     return 2 * math.pi / math.sqrt(stiffness), capacity, line, strength
+
+
+def _until_capacity(displacement: np.ndarray, resistance: np.ndarray):
+    """Return the curve up to 0.8 of its peak on the falling branch, or to its end.
+
+    This point is interpolated between neighbouring rows; the curve ends before rows far apart.
+    """
+    peak = int(np.argmax(resistance))
+    left = _LEFT * resistance[peak]
+    weak = np.flatnonzero(resistance[peak:] < left)
+    if not len(weak):
+        return displacement, resistance
+    end = peak + int(weak[0])
+    (before, after), (strong, low) = displacement[end - 1 : end + 1], resistance[end - 1 : end + 1]
+    displacement, resistance = displacement[:end], resistance[:end]
+    if after - before > _BRIEF * after:
+        return displacement, resistance
+    capacity = before + (after - before) * (strong - left) / (strong - low)
+    return np.append(displacement, capacity), np.append(resistance, left)
 
 
 def _rocking_oscillator(displacement: np.ndarray, resistance: np.ndarray):
@@ -179,7 +217,10 @@ def _rocking_oscillator(displacement: np.ndarray, resistance: np.ndarray):
                          "increase the displacement, or use 'n2'")  # fmt: skip
     is_tail = displacements >= displacements[0] + _LATE * (displacements[-1] - displacements[0])
     slope, height = np.polyfit(displacements[is_tail], resistances[is_tail], 1)
-    end = -height / slope
+    end = -height / slope if slope < 0.0 else math.inf
+    if not end <= _FAR * displacements[-1]:
+        raise InputError("method = 'mechanism' requires a curve that falls towards zero "
+                         "resistance: increase the displacement, or use 'n2'")  # fmt: skip
     capacity = _CAPACITY * end
     secant = _SECANT * capacity
     strength = float(np.interp(secant, displacements, resistances))

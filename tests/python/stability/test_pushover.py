@@ -12,7 +12,7 @@ from test_layout import overlaps
 
 from sitedda import InputError
 from sitedda.stability import Pushover, performance_point, pushover
-from sitedda.study import eurocode8
+from sitedda.study import eurocode8, eurocode8_2024
 from sitedda_evidence.validation.pushed import tower
 
 
@@ -33,6 +33,23 @@ def test_a_bad_spectrum_is_refused_before_the_run(tmp_path, main):
     process = main("pushover", "tower.nml", "--point", "top", "--ec8", "2", "Z", folder=tmp_path)
     assert process.returncode == 1 and "'Z'" in process.stderr
     assert [file.name for file in tmp_path.iterdir()] == ["tower.nml"]
+
+
+def test_a_method_without_a_spectrum_is_refused(tmp_path, main):
+    tower().write(tmp_path / "tower.nml")
+    process = main("pushover", "tower.nml", "--point", "top", "--method", "n2", folder=tmp_path)
+    assert process.returncode == 1 and "--method n2 requires a spectrum" in process.stderr
+
+
+@pytest.mark.parametrize("value", [-2.0, 0.0, math.nan, math.inf, "strong"])
+def test_accelerations_of_spectra_are_positive(value):
+    with pytest.raises(InputError, match=f"peak = {value}"):
+        eurocode8(value)
+    arguments = {"plateau": 1.0, "one_second": 1.0, "factors": (1.0, 1.0)}
+    for name in arguments:
+        wrong = (1.0, value) if name == "factors" else value
+        with pytest.raises(InputError, match=f"{name} = {value}"):
+            eurocode8_2024(**arguments | {name: wrong})
 
 
 @pytest.mark.parametrize(
@@ -151,6 +168,51 @@ def test_participation_of_masses_that_move_unequally():
     assert point.curve[-1] == pytest.approx((0.4 * 1.75 / 2.5, 2.0), rel=1e-9)
 
 
+@pytest.mark.parametrize("load", ["horizontal", "tilt", "mode"])
+def test_the_load_does_not_change_the_resistance_of_a_stack(load):
+    """A stack of 0.8 m × 6 m topples as one block: a* = g b/h under each pattern of forces."""
+    model, bottom = tower(), 0.0
+    model.remove(model["block.tower"])
+    for i, height in enumerate((1.0, 2.0, 1.0, 2.0)):
+        top = bottom + height
+        model.block([0, bottom, 0.8, bottom, 0.8, top, 0, top], name=f"stone {i}")
+        bottom = top
+    model["joint.dry"](friction_angle=70.0)
+    model["measured_point.top"](x=0.4, y=6.0, block="stone 3")
+    curve = pushover(model, "top", load=load, displacement=0.85, steps=100)
+    point = performance_point(curve, eurocode8(2.0, "C"), method="mechanism")
+    assert point.curve[:, 1].max() == pytest.approx(9.81 * 0.8 / 6.0, rel=5e-3)
+
+
+def test_the_capacity_of_n2_is_between_two_rows_or_before_a_drop():
+    """The curve falls by 0.04 in 0.02 m from 0.4 m: 0.8 of the peak at 0.42 m."""
+    rise = [(0, 0), (0.05, 0.2), (0.4, 0.2)]
+    for row, capacity in (((0.43, 0.14), 0.42), ((0.5, 0.14), 0.4)):
+        point = performance_point(ideal([*rise, row]), eurocode8(1.0))
+        assert point.capacity == pytest.approx(capacity, rel=1e-9)
+        # equal areas: K d_y (d_u − d_y/2) = energy
+        (yielding, strength), fall = point.equivalent[1], capacity - 0.4
+        energy = 0.5 * 0.05 * 2.0 + 0.35 * 2.0 + fall * 1.8
+        assert strength * (capacity - 0.5 * yielding) == pytest.approx(energy, rel=1e-9)
+
+
+def test_n2_doubts_the_period_of_a_rocking_block():
+    """T* of N2 is proportional to 1/√k of the contacts; the secant period is not."""
+    periods = {"n2": [], "mechanism": []}
+    for stiffness in (1e9, 1e11):
+        model = tower()
+        model.contact(normal_stiffness=stiffness)
+        curve = pushover(model, "top", displacement=0.45, steps=60)
+        for method in periods:
+            point = performance_point(curve, eurocode8(2.0, "B"), method=method)
+            periods[method].append(point.period)
+            assert ("normal_stiffness" in point.doubt) is (method == "n2")
+            assert ("doubt" in str(point)) is (method == "n2")
+    assert periods["n2"][0] > 5 * periods["n2"][1]
+    assert periods["mechanism"][0] == pytest.approx(periods["mechanism"][1], rel=0.01)
+    assert not performance_point(ideal([(0, 0), (0.05, 0.2), (0.4, 0.1)]), eurocode8(1.0)).doubt
+
+
 def test_a_rocking_block_agrees_with_the_italian_code(tmp_path, main):
     """d₀ = b/2 of the centroid, a_s = g tan(α − θ_s), T_s = 2π √(d_s/a_s) with d_s = 0.16 d₀."""
     model, (width, height) = tower(), (0.5, 2.0)
@@ -182,6 +244,14 @@ def test_a_rocking_block_agrees_with_the_italian_code(tmp_path, main):
 def test_invalid_spectra_and_methods_are_refused(spectrum, method, message):
     with pytest.raises(InputError, match=message):
         performance_point(ideal([(0, 0), (0.05, 0.2), (0.4, 0.2)]), spectrum, method=method)
+
+
+@pytest.mark.parametrize("last", [0.1, 0.098, 0.102])
+def test_a_plateau_is_not_a_rocking_mechanism(last):
+    """Resistance that falls to a half and remains there does not vanish."""
+    curve = ideal([(0, 0), (0.01, 0.2), (0.05, 0.1), (0.31, 0.1), (0.4, last)])
+    with pytest.raises(InputError, match="increase the displacement, or use 'n2'"):
+        performance_point(curve, eurocode8(1.0), method="mechanism")
 
 
 def test_a_block_that_moves_farther_than_the_point_is_named():
