@@ -212,6 +212,11 @@ def read_rows(file: Path) -> list[tuple[int, list[str]]]:
         except csv.Error as error:
             raise InputError(f"{file}, row {number}: {error}") from None
         result.append((number, [cell.strip() for cell in cells]))
+        surplus = next(filter(None, result[-1][1][len(result[0][1]) :]), "")
+        if surplus:
+            raise InputError(f"{file}, row {number}: the cell {surplus!r} has no heading; if a "
+                             f"cell contains {mark!r}, quote it, or separate cells by ';'; write "
+                             "decimal points, not commas")  # fmt: skip
     return result
 
 
@@ -355,12 +360,28 @@ def parse_curve(text: str, source: str) -> tuple[str, list[float]]:
 
 
 def read_curve_table(file: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return shear strain, G/G_max and damping ratio of a CSV file, all as fractions."""
+    """Return shear strain, G/G_max and damping ratio of a CSV file, all as fractions.
+
+    Headings may give units in brackets: %, or 1.
+    """
     rows = read_rows(file)
+    number, heads = rows[0]
     with located(file, ValueError, IndexError):
-        start = 0 if rows[0][1][0][:1] in "0123456789.+-" else 1
-        numbers = np.array([[float(cell) for cell in cells] for _, cells in rows[start:]])
+        has_heads = heads[0][:1] not in "0123456789.+-"
+        numbers = np.array([[float(cell) for cell in cells] for _, cells in rows[has_heads:]])
         if numbers.ndim != 2 or numbers.shape[1] != 3:
             raise ValueError("three columns are required: strain, G/G_max and damping ratio")
+    if has_heads:
+        numbers = numbers * [_share_unit(head, file, number) for head in heads]
     strain, reduction, damping = numbers.T
     return strain, reduction, damping
+
+
+def _share_unit(head: str, file: Path, row: int) -> float:
+    """Return the unit of a heading of a curve file; without one, values are fractions."""
+    match = _HEAD.fullmatch(head)
+    unit = (match[2] if match else None) or ("%" if "%" in head else "1")
+    if unit not in _SHARE:
+        raise InputError(f"{file}, row {row}: {head}: the unit {unit!r} is not known; use "
+                         f"{', '.join(_SHARE)}")  # fmt: skip
+    return _SHARE[unit]

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..base.arguments import positive
+from ..base.arguments import first_of, positive
 from ..base.errors import InputError, library_required, located
 from ..base.reading import read_bounded
 from ..engine.signals import running_integral, spectral_acceleration
@@ -171,7 +171,7 @@ def target_at(target: Target, periods: NDArray[np.float64]) -> NDArray[np.float6
     if callable(target):
         result = np.asarray(target(periods), dtype=float)
     else:
-        grid, values = (np.asarray(axis, dtype=float) for axis in target)
+        grid, values = _sorted_target(*target)
         low, high = periods.min() * (1 + 1e-9), periods.max() / (1 + 1e-9)
         if not (grid.min() <= low and high <= grid.max()):
             raise InputError(f"the target covers {grid.min():g} to {grid.max():g} s, but must "
@@ -180,6 +180,20 @@ def target_at(target: Target, periods: NDArray[np.float64]) -> NDArray[np.float6
     if result.shape != periods.shape or not np.all(np.isfinite(result) & (result > 0)):
         raise InputError("the target spectrum must be above 0 at all periods")
     return result
+
+
+def _sorted_target(periods: ArrayLike, values: ArrayLike):
+    """Return a target spectrum with increasing periods."""
+    grid, values = (np.asarray(axis, dtype=float) for axis in (periods, values))
+    if grid.shape != values.shape or grid.ndim != 1 or not grid.size:
+        raise InputError("target: give as many values as periods, one or more")
+    if not np.all(is_valid := np.isfinite(grid) & (grid > 0)):
+        raise InputError(f"target: a period of {first_of(grid, ~is_valid):g} s must be above 0")
+    order = np.argsort(grid)
+    grid, values = grid[order], values[order]
+    if np.any(is_repeated := np.diff(grid) == 0):
+        raise InputError(f"target: the period {first_of(grid[1:], is_repeated):g} s is repeated")
+    return grid, values
 
 
 # --- selection to a conditional mean spectrum -----------------------------------------------------

@@ -3,8 +3,10 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+
+import numpy as np
 
 from ..base.errors import InputError, located
 from ..build.profile import Ground, SoilProfile, parse_curve, read_curve_table, read_soil_profile
@@ -58,8 +60,9 @@ class Profile(SoilProfile):
     ) -> list[SoilCurves | None]:
         """Return modulus reduction and damping of each layer; None: linear.
 
-        If the file has a strength (``shear_strength``, ``friction_angle``), the curves end at
-        it: see `strength_corrected`.
+        If a row has a damping ratio above 0, its damping curve is shifted so that it begins at
+        this ratio.  If the file has a strength (``shear_strength``, ``friction_angle``), the
+        curves end at it: see `strength_corrected`.
 
         Parameters
         ----------
@@ -73,6 +76,9 @@ class Profile(SoilProfile):
         result = []
         for layer, mean, strength in zip(self.layers, stresses, strengths, strict=True):
             curve = _layer_curves(layer, mean, self.file)
+            if curve is not None and layer.damping:
+                shifted = curve.damping + (layer.damping - curve.damping[0])
+                curve = replace(curve, damping=np.clip(shifted, 0.0, 0.999))
             if curve is not None and not math.isnan(strength):
                 modulus = layer.density * layer.shear_velocity**2
                 with located(f"{self.file}, row {layer.row}", ValueError):

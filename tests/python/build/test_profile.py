@@ -92,6 +92,11 @@ def test_bottom_depths_and_a_file_without_half_space(site):
         ("depth (m), Vs (m/s), density (kg/m3), Vs (m/s)\n4,150,1800,1\n", "two columns"),
         ("depth (m), Vs (m/s), density (kg/m3), damping (%)\n4,150,1800,80\n", "damping = 0.8"),
         ("depth (m), Vs (m/s), density (kg/m3)\n4,nan,1800\n", "not a usable number"),
+        ("depth (m), Vs (m/s), density (kg/m3)\n2,5,180,1800\n", "row 2: the cell '1800' has no"),
+        (
+            "depth (m), Vs (m/s), density (kg/m3), curve\n4,150,1800,mkz 5e-4, 1, 0.9\n",
+            "the cell '1' has no heading; if a cell contains ',', quote it, or .* decimal points",
+        ),
     ],
 )
 def test_files_that_cannot_be_read(site, text, message):
@@ -114,6 +119,42 @@ def test_curves_use_the_mean_stress_at_their_depth(site):
     site(table, "clay.csv")
     profile = read_profile(site(SITE.replace("darendeli 15", "clay.csv"), "b.csv")).curves()
     np.testing.assert_allclose(profile[0].reduction, [1, 0.5])
+
+
+@pytest.mark.parametrize(
+    ("heads", "factor"),
+    [("strain (%), G/Gmax, damping (%)", 100), ("strain %,G/Gmax (-),D [%]", 100),
+     ("strain (1), G/Gmax, D", 1)],
+)  # fmt: skip
+def test_headings_of_a_curve_file_have_units(site, heads, factor):
+    rows = [f"{factor * g},{r},{factor * d}" for g, r, d in ((1e-5, 1, 0.02), (1e-3, 0.5, 0.1))]
+    site("\n".join([heads, *rows]), "clay.csv")
+    curve = read_profile(site(SITE.replace("darendeli 15", "clay.csv"))).curves()[0]
+    np.testing.assert_allclose(curve.strain, [1e-5, 1e-3])
+    np.testing.assert_allclose([curve.reduction, curve.damping], [[1, 0.5], [0.02, 0.1]])
+    site("strain (mm/m), G/Gmax, D\n1,1,1\n", "clay.csv")
+    with pytest.raises(InputError, match=r"row 1: strain .*unit 'mm/m' is not known; use %, 1"):
+        read_profile(site(SITE.replace("darendeli 15", "clay.csv"))).curves()
+
+
+@pytest.mark.parametrize("curve", ["mkz 1e-3 1 0.9", "darendeli 15", "gqh 1e-3 0.3 0.5 1 1 0.9"])
+def test_the_damping_ratio_of_a_row_is_that_of_small_strains(site, curve):
+    """Weak motions: linear column, linear analysis of curves and nonlinear column agree."""
+    from test_site import ricker
+
+    from sitedda.site import analyses
+
+    head = "thickness (m), Vs (m/s), density (kg/m3), damping (%), curve\n"
+    profile, plain = (
+        read_profile(site(f"{head}20,200,1800,{d},{curve}\n,800,2200,,\n")) for d in (5, 0)
+    )
+    ratio, formula = profile.curves()[0].damping, plain.curves()[0].damping
+    np.testing.assert_allclose(ratio - formula, 0.05 - formula[0])
+    weak = 1e-4 * ricker(2.5, 1000, 2.0, 0.01)
+    expected = profile.column().response(weak, 0.01).spectrum([0.1, 0.2, 0.4, 1.0])
+    result = analyses(profile.column(), profile.curves(), weak, 0.01, compare=False)
+    for response, bound in ((result.linear, 2e-3), (result.nonlinear, 0.03)):
+        np.testing.assert_allclose(response.spectrum([0.1, 0.2, 0.4, 1.0]), expected, rtol=bound)
 
 
 def model_of(file, **values) -> sitedda.Model:

@@ -75,6 +75,20 @@ def test_resampling_keeps_frequencies_below_both_limits():
         resampled(motion, STEP / np.pi / 400)
 
 
+def test_targets_are_sorted_by_their_periods():
+    """A motion whose spectrum is the target has the factor 1."""
+    motion, grid = ricker(2.0), np.geomspace(0.1, 2.0, 20)
+    values = spectral_acceleration(motion.acceleration.values, STEP, grid, 0.05)
+    shuffled = np.random.default_rng(1).permutation(20)
+    for order in (slice(None), slice(None, None, -1), shuffled):
+        assert scale_to(motion, (grid[order], values[order]), grid) == pytest.approx(1, rel=1e-12)
+    for periods, message in (([1.0, 0.1, 1.0], "the period 1 s is repeated"),
+                             ([0.1, 0.0, 1.0], "a period of 0 s must be above 0"),
+                             ([0.1, 1.0], "as many values as periods")):  # fmt: skip
+        with pytest.raises(InputError, match=f"target: .*{message}"):
+            scale_to(motion, (periods, [1.0, 2.0, 3.0]), grid)
+
+
 def test_rotated_spectra_are_those_of_all_directions(record):
     pyrotd = pytest.importorskip("pyrotd")
     second = record.assign(acceleration=0.6 * record.acceleration.shift(time=40, fill_value=0.0))
