@@ -402,13 +402,13 @@ class Scene:
         coordinates = self.coordinates(frame)[blocks]
         return (
             coordinates[:, :2]
-            + (_deformation_gradient(coordinates) @ self.offsets(blocks, points)[..., None])[..., 0]
+            + (deformation_gradient(coordinates) @ self.offsets(blocks, points)[..., None])[..., 0]
         )
 
     def offsets(self, blocks: np.ndarray, points: np.ndarray) -> np.ndarray:
         """Return reference offsets ρ of points of blocks from centroids, shape (k, 2), m."""
         start = self.coordinates(0)[blocks]
-        return np.linalg.solve(_deformation_gradient(start), (points - start[:, :2])[..., None])[
+        return np.linalg.solve(deformation_gradient(start), (points - start[:, :2])[..., None])[
             ..., 0
         ]
 
@@ -639,7 +639,7 @@ def is_netcdf(file: Path) -> bool:
     return first_bytes.startswith((b"\x89HDF\r\n\x1a\n", b"CDF"))
 
 
-def _deformation_gradient(coordinates: np.ndarray) -> np.ndarray:
+def deformation_gradient(coordinates: np.ndarray) -> np.ndarray:
     """Return the deformation gradients R(θ) (I + ε) of blocks, shape (k, 2, 2)."""
     _, _, angle, ex, ey, gxy = coordinates.T
     cos, sin = np.cos(angle), np.sin(angle)

@@ -5,7 +5,26 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..base.errors import InputError
 from ..build.cutting.rings import Rings
+
+_ON_EDGE = 1e-6  # largest distance of a point from its block / size of the model
+
+
+def block_at(polygons: Sequence[np.ndarray], names: Sequence[str], point, name: str) -> int:
+    """Return the index of the block with a name or number, or else at a position (m)."""
+    import shapely
+
+    named = [i for i, other in enumerate(names) if other == name]
+    if len(named) == 1:
+        return named[0]
+    if name.isdigit() and not named:
+        return int(name) - 1
+    size = np.ptp(np.concatenate(polygons), axis=0).max()
+    for i in named or range(len(polygons)):  # several blocks may have this name
+        if shapely.distance(shapely.Polygon(polygons[i]), shapely.Point(point)) <= _ON_EDGE * size:
+            return i
+    raise InputError(f"no block is at ({point[0]:g}, {point[1]:g})")
 
 
 class Bodies:

@@ -24,7 +24,6 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-import shapely
 from scipy.optimize import linprog, minimize_scalar
 from scipy.sparse import block_array, coo_array, diags_array, hstack, vstack
 
@@ -34,6 +33,7 @@ from ..base.errors import ConvergenceError, InputError
 from ..build.cutting.rings import Rings
 from ..build.model import Model
 from ..output.scene import Scene, is_netcdf
+from .bodies import block_at
 from .reduction import judge_blocks
 from .strength import lines_of, released, static_model
 
@@ -609,16 +609,7 @@ class _Programme:
 
     def _block_at(self, point: np.ndarray, name: str) -> int:
         """Return the index of the block with a name or number, or else at a position."""
-        if name in self.scene.names:
-            return self.scene.names.index(name)
-        if name.isdigit():
-            return int(name) - 1
-        polygons = [shapely.Polygon(polygon) for polygon in self.polygons]
-        distance = shapely.distance(polygons, shapely.Point(point))
-        candidates = np.flatnonzero(distance <= _CORNER * self.scene.size)
-        if candidates.size:
-            return int(candidates[0])
-        raise InputError(f"no block is at ({point[0]:g}, {point[1]:g})")
+        return block_at(self.polygons, self.scene.names, point, name)
 
     def _supported_edges(self):
         """Yield block, position and direction of each reaction at the ends of fixed edges."""

@@ -2,26 +2,29 @@
 """Quasi-static support movements: settlement, spreading or rotation in static increments.
 
 Each step starts with zero velocity, so the unbalanced force is M d/Δt².  The time step Δt is so
-long that this force is far below the weight.  The reaction balances gravity and the forces of the
-other blocks on the moved blocks.
+long that this force is far below the weight.  The reaction is the force of the springs of the fixed
+points, so it balances all loads and the forces of other blocks on the moved blocks.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
 
 import numpy as np
 
-from ..base.arguments import FINITE, Range
+from ..base.arguments import FINITE, Range, floats
 from ..base.errors import ConvergenceError, InputError, SolverError
-from ..build.model import Model
+from ..build.model import Group, Model
 from ..engine.simulation import Simulation
-from ..output.scene import Scene
+from ..output.scene import Scene, deformation_gradient
+from .bodies import block_at
 from .strength import static_model
 
 _STEADY = 1e-6  # largest ratio of M/Δt² to the contact stiffness
 _FOLLOWS = 20.0  # smallest ratio of g Δt², the fall of a block in a step, to the increment
 _EACH = 4  # number of static steps per increment; the supports move in the first step
+_RATIO = 100.0  # default stiffness of fixed points / contact stiffness
 _STEPS = Range(1, 1000, whole=True)  # a motion in an input has at most 4096 values
 
 
@@ -76,7 +79,7 @@ def move_supports(
         Input; it must reach equilibrium under its weight.  Its static stages are computed first;
         motions are ignored.
     blocks : str or sequence of str
-        Names of the blocks whose &fixed_point groups move.
+        Names of the blocks whose &fixed_point groups move; the blocks have no other support.
     displacement : (float, float)
         Displacement at the end, m.
     rotation : float
@@ -89,65 +92,127 @@ def move_supports(
     Raises
     ------
     InputError
-        If a block does not exist or has no fixed point.
+        If a block does not exist, has no fixed point or has an edge of a &boundary, or if a stage
+        holds or releases its fixed points.
     ConvergenceError
         If the model does not reach equilibrium under its weight.
     """
     _STEPS.check("steps", steps)
-    shift = np.array([FINITE.check("displacement", component) for component in displacement])
+    shift = floats("displacement", displacement)
+    if shift.shape != (2,) or not np.isfinite(shift).all():
+        raise InputError(f"displacement = {displacement!r} must be two finite numbers")
     FINITE.check("rotation", rotation)
     model = static_model(source, changes)
-    with Simulation(model) as simulation:
-        scene, names = Scene.of(simulation), list(simulation.block_names)
+    with Simulation(model, drawn=True) as simulation:
+        scene = Scene.of(simulation)
         stiffness, g = simulation.normal_stiffness, float(np.linalg.norm(simulation.gravity))
     density = [float(group["density"]) for group in scene.groups["material"]]
     mass = np.array(density)[scene.material] * scene.areas()
-    blocks = [blocks] if isinstance(blocks, str) else list(blocks)
-    if unknown := [name for name in blocks if name not in names]:
-        raise InputError(f"blocks: {unknown[0]!r} is not the name of a block")
-    indices = [names.index(name) for name in blocks]
+    supports = _Supports.of(model, scene, _block_indices(blocks, scene.names), stiffness)
     increment = (np.linalg.norm(shift) + abs(rotation) * scene.size) / steps
     time_step = math.sqrt(max(float(np.median(mass)) / (_STEADY * stiffness),
                               _FOLLOWS * increment / max(g, 1e-9)))  # fmt: skip
-    _prescribe_movement(model, [names[i] for i in indices], shift, rotation, steps, time_step)
+    supports.prescribe(model, shift, rotation, steps, time_step)
     model.control(time_step=time_step, dynamic_factor=0.0, integration="backward_euler",
                   time_step_control="adaptive", max_displacement_ratio=0.1)  # fmt: skip
     model.stage(name="supports move", steps=_EACH * steps, zero_displacements=True)
-    return _run_increments(model, indices, mass, steps)
+    return _run_increments(model, supports, supports.targets(shift, rotation, steps))
 
 
-def _prescribe_movement(
-    model: Model, blocks, shift, rotation: float, steps: int, time_step: float
-) -> None:
-    """Assign motions to the fixed points of blocks, in the first step of each increment."""
-    points = [item for item in model.of_kind("fixed_point") if item.block in blocks]
-    if unsupported := set(blocks) - {item.block for item in points}:
-        raise InputError(f"blocks: no &fixed_point has block = {min(unsupported)!r}")
-    positions = np.array([(item.x, item.y) for item in points], dtype=float)
-    ratio = np.append(0.0, np.repeat(np.arange(1, steps + 1) / steps, _EACH))[:, None]
-    angle = rotation * ratio
-    for i, (point, arm) in enumerate(zip(points, positions - positions.mean(0), strict=True), 1):
-        rotated = np.hstack([np.cos(angle) * arm[0] - np.sin(angle) * arm[1] - arm[0],
-                            np.sin(angle) * arm[0] + np.cos(angle) * arm[1] - arm[1]])  # fmt: skip
-        values = ratio * shift + rotated
-        for axis in (0, 1):
-            if "xy"[axis] not in str(point.direction or "xy"):
-                continue
-            name = f"support {i} {'xy'[axis]}"
-            model.motion(name=name, quantity="displacement", values=values[:, axis].tolist(),
-                         time_step=time_step, after_end="hold")  # fmt: skip
-            point(**{f"motion_{'xy'[axis]}": name})
+def _block_indices(blocks: str | Sequence[str], names: list[str]) -> list[int]:
+    """Return the indices of blocks by their names; raise InputError if there is none."""
+    chosen = [blocks] if isinstance(blocks, str) or not isinstance(blocks, Iterable) else [*blocks]
+    if not chosen or not all(isinstance(name, str) for name in chosen):
+        raise InputError(f"blocks = {blocks!r} must be names of blocks")
+    if unknown := [name for name in chosen if name not in names]:
+        raise InputError(f"blocks: {unknown[0]!r} is not the name of a block")
+    return [names.index(name) for name in chosen]
 
 
-def _run_increments(model: Model, indices: list[int], mass: np.ndarray, steps: int) -> Movement:
+@dataclass(frozen=True)
+class _Supports:
+    """The fixed points of the moved blocks: springs, each array of shape (points, …)."""
+
+    points: list[Group]
+    block: np.ndarray
+    position: np.ndarray  # undisplaced, m
+    offset: np.ndarray  # from the centroid of the undeformed block, m
+    stiffness: np.ndarray  # along x and y, 0 if not fixed, N/m per metre
+
+    @classmethod
+    def of(cls, model: Model, scene: Scene, moved: list[int], stiffness: float) -> "_Supports":
+        """Find the fixed points of the moved blocks; raise InputError if they cannot move."""
+        polygons, groups = scene.polygons(0), model.of_kind("fixed_point")
+        owners = [block_at(polygons, scene.names, (point.x, point.y), point.block or "")
+                  for point in groups]  # fmt: skip
+        _check_supports(model, scene, moved, groups, owners)
+        pairs = [(point, block) for point, block in zip(groups, owners, strict=True)
+                 if block in moved]  # fmt: skip
+        points, block = [point for point, _ in pairs], np.array([block for _, block in pairs])
+        position = np.array([(point.x, point.y) for point in points], dtype=float)
+        fixed = [[axis in (point.direction or "xy") for axis in "xy"] for point in points]
+        ratio = model.contact.fixed_point_ratio or _RATIO
+        model.contact(fixed_point_ratio=ratio)
+        return cls(points, block, position, scene.offsets(block, position),
+                   ratio * stiffness * np.array(fixed))  # fmt: skip
+
+    def targets(self, shift: np.ndarray, rotation: float, steps: int) -> np.ndarray:
+        """Return the displacements of the points at each increment, (steps + 1, points, 2), m."""
+        ratio = np.arange(steps + 1)[:, None] / steps
+        x, y = (self.position - self.position.mean(axis=0)).T
+        cos, sin = np.cos(rotation * ratio), np.sin(rotation * ratio)
+        rotated = np.stack([cos * x - sin * y - x, sin * x + cos * y - y], axis=-1)
+        return ratio[..., None] * shift + rotated
+
+    def prescribe(
+        self, model: Model, shift: np.ndarray, rotation: float, steps: int, time_step: float
+    ) -> None:
+        """Assign motions to the points, which move in the first step of each increment."""
+        targets = self.targets(shift, rotation, steps)
+        values = np.concatenate([targets[:1], np.repeat(targets[1:], _EACH, axis=0)])
+        for i, (point, along) in enumerate(zip(self.points, self.stiffness, strict=True)):
+            for axis in np.flatnonzero(along):
+                name = f"support {i + 1} {'xy'[axis]}"
+                model.motion(name=name, quantity="displacement", values=values[:, i, axis].tolist(),
+                             time_step=time_step, after_end="hold")  # fmt: skip
+                point(**{f"motion_{'xy'[axis]}": name})
+
+    def reaction(self, run: Simulation, target: np.ndarray) -> np.ndarray:
+        """Return the resultant force of the springs on their blocks, N/m."""
+        coordinates = run.coordinates[self.block]
+        offset = (deformation_gradient(coordinates) @ self.offset[..., None])[..., 0]
+        stretch = self.position + target - coordinates[:, :2] - offset
+        return (self.stiffness * stretch).sum(axis=0)
+
+
+def _check_supports(model: Model, scene: Scene, moved, points, owners: list[int]) -> None:
+    """Raise InputError unless fixed points are the only, constant supports of the moved blocks."""
+    for i in moved:
+        if i not in owners:
+            raise InputError(f"blocks: there is no &fixed_point on block {scene.names[i]!r}")
+    if "boundary_edge" in scene.data:
+        edges = scene.data["boundary_edge"].values.astype(int)
+        if held := {*scene.owner[edges]} & {*moved}:
+            raise InputError(f"blocks: {scene.names[min(held)]!r} has an edge of a &boundary, "
+                             "which does not move: replace it by &fixed_point groups")  # fmt: skip
+    for stage in model.of_kind("stage"):
+        patterns = f"{stage.release or ''},{stage.hold or ''}".split(",")
+        for point, owner in zip(points, owners, strict=True):
+            matches = (fnmatchcase(point.name or "", pattern.strip()) for pattern in patterns)
+            if owner in moved and point.name and any(matches):
+                raise InputError(f"stage {stage.name!r} holds or releases &fixed_point "
+                                 f"{point.name!r}, which cannot move")  # fmt: skip
+
+
+def _run_increments(model: Model, supports: _Supports, targets: np.ndarray) -> Movement:
     """Compute all increments; end early if the model does not reach equilibrium."""
     fractions, reactions, moves, ending = [], [], [], ""
+    steps = len(targets) - 1
     with Simulation(model) as run:
         start, begin = run.coordinates, run.time
-        weight = mass[indices].sum() * run.gravity
-        for i in range(steps + 1):
+        for i, target in enumerate(targets):
             fractions.append(i / steps)
-            reactions.append(-(_contact_force(run, indices) + weight))
+            reactions.append(supports.reaction(run, target))
             moves.append(run.coordinates[:, :3] - start[:, :3])
             if i == steps:
                 break
@@ -160,13 +225,3 @@ def _run_increments(model: Model, indices: list[int], mass: np.ndarray, steps: i
                 break
         return Movement(np.array(fractions), np.array(reactions), np.array(moves),
                         tuple(run.block_names), run.polygons, ending)  # fmt: skip
-
-
-def _contact_force(run: Simulation, blocks: list[int]) -> np.ndarray:
-    """Return the resultant of the contact forces of other blocks on `blocks`, N/m."""
-    scene = Scene.of(run)
-    contacts = scene.contacts(0)
-    _, normal = scene.contact_points(0, contacts)
-    force = scene.contact_forces(contacts, normal)
-    is_moved = [np.isin(scene.owner[contacts[end]], blocks) for end in ("vertex", "edge")]
-    return (force * (is_moved[0].astype(float) - is_moved[1])[:, None]).sum(axis=0)

@@ -63,10 +63,50 @@ def test_a_settling_and_rotating_support():
     assert movement.displacement[-1, 1, 2] == pytest.approx(0.02, rel=1e-2)
 
 
+@pytest.mark.parametrize("named", [True, False])
+def test_the_reaction_balances_all_loads_and_points_belong_to_their_blocks(named):
+    """Load, traction and stretched tie add their forces to the thrust; the move is complete."""
+    model = flat_arch()
+    tie = {"axial_stiffness": 1e7, "pretension": 2e4}
+    model.bolt("tie", (-0.5, 0.1), (4.5, 0.1), **tie)
+    model.load(4.5, 0.4, "right", time=(0, 1), force_x=(-7e4, -7e4), force_y=(-2e5, -2e5))
+    model.traction(along=[4, 0.5, 5, 0.5], normal=1e5)
+    if not named:
+        for point in model.of_kind("fixed_point"):
+            point(block=None)
+    movement = sitedda.move_supports(model, "right", (0.02, 0.0), steps=5)
+    assert movement.displacement[-1, 3] == pytest.approx((0.02, 0.0, 0.0), abs=1e-6)
+    spread = 0.02 * movement.share[1:]
+    expected = [2e4 + 1e7 * d + 7e4 - thrust(d) for d in spread]
+    assert movement.reaction[1:, 0] == pytest.approx(expected, rel=2e-3)
+    vertical = WEIGHT + 2500.0 * 9.81 * HEIGHT + 2e5 + 1e5
+    assert movement.reaction[:, 1] == pytest.approx(np.full(6, vertical), rel=1e-3)
+
+
 @pytest.mark.parametrize(
     ("blocks", "message"),
-    [(["middle"], "'middle' is not the name"), (["first"], "no &fixed_point")],
-)
+    [(["middle"], "'middle' is not the name"), (["first"], "no &fixed_point"), ([], "blocks = "),
+     (3, "blocks = 3")],
+)  # fmt: skip
 def test_blocks_without_fixed_points_cannot_move(blocks, message):
     with pytest.raises(InputError, match=message):
         sitedda.move_supports(flat_arch(), blocks, (0.01, 0.0))
+
+
+@pytest.mark.parametrize("shift", [(0.02,), (0.02, 0, 5), 5, (0, math.nan), ("a", 0)])
+def test_a_movement_has_two_components(shift):
+    with pytest.raises(InputError, match="displacement"):
+        sitedda.move_supports(flat_arch(), ["right"], shift)
+
+
+def test_other_supports_of_moved_blocks_are_refused():
+    model = flat_arch()
+    model.boundary(kind="fixed", side="right")
+    assert not sitedda.move_supports(model, ["left"], (-1e-3, 0.0), steps=1).ending
+    with pytest.raises(InputError, match="'right' has an edge of a &boundary"):
+        sitedda.move_supports(model, ["right"], (0.01, 0.0))
+    model = flat_arch()
+    model.of_kind("fixed_point")[-1](name="prop 1")
+    model.stage(name="free", kind="static", release="prop *")
+    with pytest.raises(InputError, match="stage 'free' holds or releases &fixed_point 'prop 1'"):
+        sitedda.move_supports(model, ["right"], (0.01, 0.0))
