@@ -46,11 +46,11 @@ class Analyses:
                          for name, reason in reasons.items() if reason)  # fmt: skip
 
     def __str__(self) -> str:
-        profiles = [response.profile() for response in self.responses.values()]
+        strains, stresses = zip(*(r.largest for r in self.responses.values()), strict=True)
         series = {name: response.acceleration() for name, response in self.responses.items()}
         lines = tabulate_motions(series, self.linear.motion.time_step, [], [
-            ("largest shear strain", [100 * float(p.strain.max()) for p in profiles], "%"),
-            ("largest shear stress", [float(p.stress.max()) / 1e3 for p in profiles], "kPa"),
+            ("largest shear strain", [100 * strain for strain in strains], "%"),
+            ("largest shear stress", [stress / 1e3 for stress in stresses], "kPa"),
         ])  # fmt: skip
         doubt = "" if self.fitted.response.unbounded else self.fitted.doubt
         warnings = list(filter(None, [self.unbounded, doubt]))

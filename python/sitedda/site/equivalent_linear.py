@@ -17,6 +17,7 @@ from .response import ColumnResponse
 
 DOUBTFUL_STRAIN = 0.005  # strain above which equivalent-linear results are doubtful
 _MEANINGLESS = 0.01  # strain above which results are meaningless
+_THICK = 0.2  # wavelengths above which one strain does not describe a layer
 _SOFT = 0.1  # strain above which another solution is sought
 _APART = 0.01  # smallest relative difference of the strains of two solutions
 
@@ -60,6 +61,27 @@ class EquivalentLinear:
 
     @property
     def doubt(self) -> str:
+        """Return warnings: strains above 0.5 %, two solutions, thick layers; '' for none."""
+        return "\n".join(filter(None, [self.strain_doubt, self._thickness_doubt]))
+
+    @property
+    def _thickness_doubt(self) -> str:
+        """Return a warning if a yielding layer is thick for its single strain; otherwise ''."""
+        if self.response.unbounded or not np.any(self.response.motion.acceleration):
+            return ""
+        period = self.response.intensity().mean_period
+        layers = self.response.column.layers
+        waves = [(reduction < 1) * layer.thickness / (layer.shear_velocity * period)
+                 for layer, reduction in zip(layers, self.reduction, strict=True)]  # fmt: skip
+        layer = int(np.argmax(waves))
+        if not waves[layer] > _THICK:
+            return ""
+        return (f"layer {layer + 1} is {layers[layer].thickness:.3g} m thick, {waves[layer]:.2g} "
+                f"wavelengths at the mean period of {period:.3g} s: divide layers until they are "
+                f"below {_THICK:g}")  # fmt: skip
+
+    @property
+    def strain_doubt(self) -> str:
         """Return a warning: strains above 0.5 % or two solutions; '' if there is none."""
         peak = float(self.largest_strain.max())
         if peak <= DOUBTFUL_STRAIN:
@@ -132,7 +154,7 @@ def equivalent_linear(
     reference = {"bottom": bottom, "kind": kind}
     settings = (reference, strain_ratio, tolerance, most_iterations)
     result = _iterate_properties(column, curves, ground, 0.0, *settings)
-    if result.doubt:  # soft soil may have another solution
+    if result.strain_doubt:  # soft soil may have another solution
         with suppress(ConvergenceError, ValueError):
             second = _iterate_properties(column, curves, ground, _SOFT, *settings)
             if np.max(abs(second.strain / result.strain - 1)) > _APART:

@@ -154,6 +154,12 @@ class NonlinearResponse(SiteResponse):
             histories.largest_strain[:, None], histories.largest_stress[:, None],
         )  # fmt: skip
 
+    @property
+    def largest(self) -> tuple[float, float]:
+        """Return the largest shear strain, and shear stress (Pa), of all cells and steps."""
+        histories = self.histories
+        return float(histories.largest_strain.max()), float(histories.largest_stress.max())
+
     def coarse_spectrum(self, periods: ArrayLike) -> NDArray[np.float64]:
         """Return Sa (m/s²) of the run with cells and steps twice as large, or NaN."""
         if self.coarse is None:

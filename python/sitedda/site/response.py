@@ -28,6 +28,10 @@ KINDS = ("outcrop", "within")  # kinds of motions
 _PEAKS = {"acceleration": ("depth", "m/s^2"), "velocity": ("depth", "m/s"),
           "displacement": ("depth", "m"), "strain": ("middle", "1"),
           "stress": ("middle", "Pa")}  # fmt: skip
+_RESOLVED = 10.0  # Hz, highest frequency for which peaks within layers are sought
+_PARTS_A_WAVE = 8  # parts per wavelength of that frequency
+_INSIDE = 1e-8  # distance from an interface at which the layer above it is meant / depth
+_DEPTHS_AT_ONCE = 32  # number of depths whose histories fit the memory
 _AT_ONCE = 2048  # number of frequencies whose waves in all layers fit the cache
 
 
@@ -49,6 +53,11 @@ class SiteResponse:
 
     def profile(self) -> xr.Dataset:
         """Return largest values over depth: strain, stress (Pa), acceleration (m/s²)."""
+        raise NotImplementedError
+
+    @property
+    def largest(self) -> tuple[float, float]:
+        """Return the largest shear strain, and shear stress (Pa), of all depths."""
         raise NotImplementedError
 
     @property
@@ -232,6 +241,24 @@ class ColumnResponse(SiteResponse):
             self.displacement(interfaces),
             *(self._integrate_motion(ratio, 2, middles) for ratio in strains),
         )  # fmt: skip
+
+    @property
+    def largest(self) -> tuple[float, float]:
+        """Return the largest shear strain, and shear stress (Pa), at bottoms of parts of layers."""
+        depths, top = [], 0.0
+        for layer in self.column.layers:
+            waves = _RESOLVED * layer.thickness / layer.shear_velocity
+            parts = max(2, int(np.ceil(_PARTS_A_WAVE * waves)))
+            depths.append(top + layer.thickness * np.arange(1, parts + 1) / parts)
+            top += layer.thickness
+        above = np.concatenate(depths) - _INSIDE * self.column.depth
+        peaks = [
+            [np.abs(self._integrate_motion(ratio, 2, some)).max()
+             for ratio in self._strain_ratio(some)]
+            for some in np.array_split(above, 1 + above.size // _DEPTHS_AT_ONCE)
+        ]  # fmt: skip
+        strain, stress = np.max(peaks, axis=0)
+        return float(strain), float(stress)
 
     @property
     def convention(self) -> str:

@@ -264,7 +264,7 @@ class Cases:
         column, curves = self.sites[profile]
         record, factor = self.records.records[motion], float(self.records.factors[motion, level])
         ground = Motion.of(factor * record.acceleration, record.time_step)
-        response, strain = self._compute_response(analysis, column, curves, ground)
+        response = self._compute_response(analysis, column, curves, ground)
         spectrum, surface = response.spectrum(self.periods), response.acceleration()
         converged = np.ones(self.periods.size)
         if isinstance(response, NonlinearResponse):
@@ -276,20 +276,16 @@ class Cases:
             "sa": xr.DataArray(spectrum, coordinates, ("period",), attrs={"units": "m/s^2"}),
             "converged": xr.DataArray(converged, coordinates, ("period",)),
             "pga": float(np.abs(surface).max()),
-            "strain": float(np.max(strain)),
+            "strain": response.largest[0],
         }
 
-    def _compute_response(self, analysis, column, curves, ground):
-        """Return the response, and its largest strain by layers or cells."""
+    def _compute_response(self, analysis, column, curves, ground) -> SiteResponse:
+        """Return the response of a column by an analysis."""
         if analysis == "linear":
-            linear = small_strain_column(column, curves)
-            response: SiteResponse = linear.response(ground, kind=self.kind)
-            return response, np.abs(response.strain(linear.middles)).max(axis=1)
+            return small_strain_column(column, curves).response(ground, kind=self.kind)
         if analysis == "equivalent-linear":
-            fitted = equivalent_linear(column, curves, ground, kind=self.kind)
-            return fitted.response, fitted.largest_strain
-        stepped = nonlinear(column, curves, ground, kind=self.kind, **self.options)
-        return stepped, stepped.histories.largest_strain
+            return equivalent_linear(column, curves, ground, kind=self.kind).response
+        return nonlinear(column, curves, ground, kind=self.kind, **self.options)
 
 
 def _check_sites(profiles) -> list[Site]:

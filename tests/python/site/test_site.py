@@ -181,6 +181,33 @@ def test_the_profile_has_the_peaks_of_the_histories():
     assert float(profile.stress[0]) == pytest.approx(stress, rel=2e-3)
 
 
+def test_largest_strain_and_stress_are_those_of_all_depths():
+    """A slow motion shakes a layer as a rigid body: τ = ρ a z, largest at its bottom."""
+    layers = [Layer(h, density=1900.0, shear_velocity=v, damping=0.02)
+              for h, v in ((20.0, 180.0), (5.0, 300.0))]  # fmt: skip
+    slow = ricker(0.1, 4000, 20.0, 0.01)
+    strain, stress = Column(layers).response(slow, 0.01).largest
+    assert stress == pytest.approx(1900.0 * 25.0, rel=0.02)
+    assert strain == pytest.approx(1900.0 * 20.0 / (1900.0 * 180.0**2), rel=0.02)
+    fast = Column(layers, ROCK).response(sweep(), STEP)
+    fine = np.linspace(0.1, 24.9, 100)
+    expected = abs(fast.strain(fine)).max(), abs(fast.stress(fine)).max()
+    assert fast.largest == pytest.approx(expected, rel=0.03)
+
+
+def test_a_layer_of_more_than_a_fifth_of_a_wavelength_is_reported(record):
+    def fit(parts):
+        layer = Layer(20.0 / parts, density=1800.0, shear_velocity=150.0)
+        curves = [darendeli(1.2e5, 15.0)] * parts
+        return equivalent_linear(
+            Column([layer] * parts, ROCK), curves, 0.2 * record.acceleration.values, STEP
+        )
+
+    doubt = str(fit(1)).splitlines()[-1]
+    assert doubt.startswith("layer 1 is 20 m thick, 0.") and doubt.endswith("are below 0.2")
+    assert not fit(4).doubt
+
+
 PROFILES = 6
 BED = HalfSpace(density=2200.0, shear_velocity=900.0, damping=0.01)
 STRENGTHS = (0.05, 0.4, 1.5, 5.0)  # m/s², peaks of motions; strains are 0.0004 % to 2.7 %
