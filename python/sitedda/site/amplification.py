@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.arguments import first_of, positive
 from ..base.errors import InputError
 from ..base.files import write
 from .suites import Suite
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
 
 G = 9.80665  # m/s²
 _FEWEST = 10  # smallest number of cases at a period for a fit
+_BEYOND = 0.05  # largest part of a rate beyond the hazard curve without a warning
 _KERNEL = 0.5  # half-width in ln Sa of the window of σ
 _CORNERS = np.geomspace(0.01, 10.0, 61)  # trial values of f₃ / median Sa
 
@@ -46,7 +49,9 @@ class AmplificationTable:
         period : float
             s, one of the table's.
         levels, rates : array_like, shape (n,)
-            Sa of the rock (m/s²), and its rates of exceedance (1/year).
+            Sa of the rock (m/s²), which increases, and its rates of exceedance (1/year).  Beyond
+            the last level, the rock is taken to have this level; a warning reports if this part
+            of a rate is above 5 %.
         wanted : array_like, shape (m,)
             Sa of the surface, m/s².
 
@@ -62,16 +67,25 @@ class AmplificationTable:
         """
         from scipy.special import ndtr
 
+        levels, rates, wanted = _hazard_curve(levels, rates, wanted)
         part = self.table.sel(period=period)
         valid = np.isfinite(part["median"].values)
         logs = np.log(part.level.values[valid])
         fine = np.geomspace(np.min(levels), np.max(levels), 2000)
         rate = np.exp(np.interp(np.log(fine), np.log(levels), np.log(rates)))
-        middle, rate_steps = np.sqrt(fine[1:] * fine[:-1]), -np.diff(rate)
+        middle = np.append(np.sqrt(fine[1:] * fine[:-1]), fine[-1])
+        rate_steps = np.append(-np.diff(rate), rate[-1])
         median = np.interp(np.log(middle), logs, np.log(part["median"].values[valid]))
         sigma = np.interp(np.log(middle), logs, part.sigma_ln.values[valid])
-        excess = np.log(np.asarray(wanted, dtype=float)[:, None] / middle) - median
-        return (ndtr(-excess / np.maximum(sigma, 1e-9)) * rate_steps).sum(axis=1)
+        excess = np.log(wanted[:, None] / middle) - median
+        parts = ndtr(-excess / np.maximum(sigma, 1e-9)) * rate_steps
+        result = parts.sum(axis=1)
+        beyond = parts[:, -1] / np.maximum(result, np.finfo(float).tiny)
+        if beyond.max() > _BEYOND:
+            warnings.warn(f"{100 * beyond.max():.0f} % of the rate of {wanted[beyond.argmax()]:g} "
+                          f"m/s² come from rock motions above the last level, {levels[-1]:g} "
+                          "m/s²: extend the hazard curve", stacklevel=2)  # fmt: skip
+        return result
 
     def to_openquake(self, file, code: str = "A", vs30: float = 760.0) -> Path:
         """Write the amplification functions for OpenQuake: levels in g, PGA and SA(T), sigmas.
@@ -100,6 +114,19 @@ class AmplificationTable:
         rows.insert(0, "ampcode", code)
         text = rows.to_csv(index=False, float_format="%.6g", lineterminator="\n")
         return write(Path(file), f'#,,"vs30_ref={vs30:g}"\n{text}', "a table")
+
+
+def _hazard_curve(levels, rates, wanted):
+    """Return the values of a hazard curve, and the wanted Sa, as checked arrays."""
+    levels, rates = positive("levels", levels), positive("rates", rates)
+    if levels.ndim != 1 or levels.shape != rates.shape or levels.size < 2:
+        raise InputError(f"give one rate for each level, two or more, not {rates.size} for "
+                         f"{levels.size}")  # fmt: skip
+    if np.any(falls := np.diff(levels) <= 0):
+        raise InputError(f"levels must increase: see {first_of(levels[1:], falls):g} m/s²")
+    if np.any(rises := np.diff(rates) > 0):
+        raise InputError(f"rates must not increase: see {first_of(rates[1:], rises):g} per year")
+    return levels, rates, np.atleast_1d(positive("wanted", wanted))
 
 
 def amplification_table(

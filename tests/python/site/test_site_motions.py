@@ -23,6 +23,7 @@ from sitedda.site import (
     scale_to,
     suite,
 )
+from sitedda.site.amplification import AmplificationTable
 from sitedda.site.motions import of_acceleration, spectral_correlation
 from sitedda.study import asce7, eurocode8, eurocode8_2024, synthetic
 
@@ -236,7 +237,7 @@ def test_openquake_reads_the_table_and_convolves_equally(known_suite, tmp_path):
     assert lines[1] == "ampcode,level,PGA,SA(0.2),SA(1),sigma_PGA,sigma_SA(0.2),sigma_SA(1)"
     table = pd.read_csv(file, skiprows=1)
     assert (table.ampcode == "S1").all() and len(table) == 25
-    rock = np.geomspace(0.005, 2.0, 400)  # g
+    rock = np.geomspace(0.005, 20.0, 560)  # g
     poes = 1e-2 * (rock / 0.01 + 1) ** -2.0
     soil_levels = np.geomspace(0.08, 0.4, 9)
     by_rule = openquake_convolution(table, "SA(1)", rock, poes, soil_levels)
@@ -254,6 +255,30 @@ def test_openquake_reads_the_table_and_convolves_equally(known_suite, tmp_path):
     amplifier = Amplifier(DictArray(levels), frame, soil_levels)
     amplified = amplifier.amplify_one(b"S1", "SA(1)", list(poes))[:, 0]
     np.testing.assert_allclose(probabilities, amplified, rtol=0.05)
+
+
+@pytest.mark.filterwarnings("error")
+def test_the_last_level_of_a_hazard_curve_counts():
+    """Closed forms for rates k₀ x^-k, and a median m and σ at all levels."""
+    m, sigma, k0, k = 1.5, 0.3, 1e-3, 2.5
+    values = {name: (("level", "period"), np.full((3, 1), v))
+              for name, v in (("median", m), ("sigma_ln", sigma))}  # fmt: skip
+    table = AmplificationTable(xr.Dataset(values, {"level": [0.5, 1.0, 3.0], "period": [0.2]}))
+    wanted = np.array([0.5, 2.0, 6.0, 7.5])
+    exact = k0 * (wanted / m) ** -k * np.exp((k * sigma) ** 2 / 2)
+    levels = np.geomspace(0.05, 50.0, 60)
+    rates = table.hazard(0.2, levels, k0 * levels**-k, wanted)
+    np.testing.assert_allclose(rates, exact, rtol=1e-3)
+    levels = np.geomspace(0.05, 5.0, 60)
+    cut = norm.cdf(np.log(levels[-1] * m / wanted) / sigma + k * sigma)
+    with pytest.warns(UserWarning, match="% of the rate of 7.5 m/s² come from rock"):
+        rates = table.hazard(0.2, levels, k0 * levels**-k, wanted)
+    np.testing.assert_allclose(rates, exact * cut, rtol=2e-3)
+    for bad, message in (((levels[::-1], levels), "levels must increase: see 4.6"),
+                         ((levels, levels), "rates must not increase: see 0.05"),
+                         ((levels, levels[1:]), "one rate for each level")):  # fmt: skip
+        with pytest.raises(InputError, match=message):
+            table.hazard(0.2, *bad, wanted)
 
 
 def test_amplification_decreases_with_intensity():
