@@ -21,18 +21,19 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 from scipy.optimize import linprog, minimize_scalar
 from scipy.sparse import block_array, coo_array, diags_array, hstack, vstack
 
-from ..base.arguments import COUNT
+from ..base.arguments import COUNT, POSITIVE, Range, floats
 from ..base.core import engine_names
 from ..base.errors import ConvergenceError, InputError
 from ..build.cutting.rings import Rings
 from ..build.model import Model
-from ..output.scene import Scene, is_netcdf
+from ..output.scene import Interfaces, Scene, is_netcdf
 from .bodies import block_at
 from .reduction import judge_blocks
 from .strength import lines_of, released, static_model
@@ -54,6 +55,7 @@ _CUTS, _CRUSHED = 60, 1e-7  # largest number of rounds of tangents; tolerance of
 # Moments of joints that do not limit the factor may keep changing.  An excess of _LEFT × median
 # weight is accepted after _ROUNDS rounds in which the factor changes by at most _STILL.
 _LEFT, _STILL, _ROUNDS = 1e-3, 1e-6, 3
+_FRICTION = Range(0.0, 89.9)  # friction angles of backfill, °
 _TANGENTS = 0.5 ** np.arange(8)  # forces at the first tangents / largest force of a joint
 
 
@@ -199,15 +201,38 @@ class Backfill:
     unit_weight: float  # N/m³
     friction_angle: float  # φ, degrees; passive pressure / vertical stress = tan²(45° + φ/2)
 
-    def forces(self, begin: np.ndarray, end: np.ndarray):
-        """Return position (m), weight and passive force (N/m) of the soil on an edge.
+    def __post_init__(self):
+        """Raise InputError if a value is invalid."""
+        surface = floats("surface", self.surface)
+        if surface.ndim != 2 or surface.shape[1:] != (2,) or len(surface) < 2:
+            raise InputError(f"surface has shape {surface.shape}: it must be (points, 2), with at "
+                             "least 2 points")  # fmt: skip
+        if not np.isfinite(surface).all() or not (np.diff(surface[:, 0]) > 0.0).all():
+            raise InputError(f"surface must have finite coordinates and ascending x, got x = "
+                             f"{surface[:, 0]}")  # fmt: skip
+        POSITIVE.check("unit_weight", self.unit_weight)
+        _FRICTION.check("friction_angle", self.friction_angle)
 
-        The block is on the left of the edge; the result is None if there is no soil.
+    def forces(self, begin: np.ndarray, end: np.ndarray):
+        """Yield position (m), weight and passive force (N/m) of the soil on parts of an edge.
+
+        The block is on the left of the edge.  The surface is straight above each part.
         """
         surface = np.asarray(self.surface, dtype=float)
-        depth = [np.interp(p[0], *surface.T, -np.inf, -np.inf) - p[1] for p in (begin, end)]
-        if not np.isfinite(depth).all() or max(depth) <= 0.0:
-            return None
+        reach, width = _CORNER * np.ptp(surface[:, 0]), end[0] - begin[0]
+        kinks = (surface[:, 0] - begin[0]) / width if width else np.zeros(0)
+        shares = np.unique([0.0, *kinks[(kinks > 0.0) & (kinks < 1.0)], 1.0])
+        for low, high in pairwise(shares):
+            middle = begin[0] + 0.5 * (low + high) * width
+            if surface[0, 0] - reach <= middle <= surface[-1, 0] + reach:
+                part = [begin + share * (end - begin) for share in (low, high)]
+                yield from self._forces_below_line(surface, *part)
+
+    def _forces_below_line(self, surface: np.ndarray, begin: np.ndarray, end: np.ndarray):
+        """Yield the same for the part of an edge that is below a straight surface."""
+        depth = [np.interp(p[0], *surface.T) - p[1] for p in (begin, end)]
+        if max(depth) <= 0.0:
+            return
         if min(depth) < 0.0:  # only the part below the surface is loaded
             crossing = begin + (end - begin) * depth[0] / (depth[0] - depth[1])
             begin, end = (crossing, end) if depth[0] < 0.0 else (begin, crossing)
@@ -216,7 +241,7 @@ class Backfill:
         width, height = end - begin
         passive = math.tan(math.radians(45.0 + 0.5 * self.friction_angle)) ** 2
         point = begin + (end - begin) * (upper + 2 * lower) / (3 * (upper + lower))
-        return point, stress * np.array([0.0, width]), passive * stress * np.array([-height, 0.0])
+        yield point, stress * np.array([0.0, width]), passive * stress * np.array([-height, 0.0])
 
 
 def travelling_axle(
@@ -592,15 +617,12 @@ class _Programme:
 
     def _add_backfill(self, backfill: Backfill):
         """Add the weight of backfill to the dead load; yield columns and bounds of pressures."""
-        scene = self.scene
-        joint_edges = {*scene.interfaces.first_edge, *scene.interfaces.second_edge}
-        ends = zip(scene.vertices(0), scene.vertices(0)[scene.next_vertex], strict=True)
-        for edge, (begin, end) in enumerate(ends):
+        scene, begins = self.scene, self.scene.vertices(0)
+        for edge, begin, end in _free_parts(scene.interfaces, begins, begins[scene.next_vertex]):
             width, height = begin[0] - end[0], abs(end[1] - begin[1])
-            if edge in joint_edges or width < -_CORNER * height:
+            if width < -_CORNER * height:
                 continue
-            if (pressure := backfill.forces(begin, end)) is not None:
-                point, weight, passive = pressure
+            for point, weight, passive in backfill.forces(begin, end):
                 block, peak = [scene.owner[edge]], float(np.linalg.norm(passive))
                 self.dead += self._block_forces(block, point[None], weight[None] / self.unit)
                 if peak > 0.0:
@@ -726,6 +748,22 @@ class _Programme:
         )  # fmt: skip
         slip_work = abs(limit.openings[:, 1]) * abs(solution.shear)
         return replace(limit, slides=bool(slip_work.sum() > _SLIDES * work))
+
+
+def _free_parts(faces: Interfaces, begins: np.ndarray, ends: np.ndarray):
+    """Yield the number and both ends (m) of each part of an edge that belongs to no joint."""
+    covered: dict[int, list[tuple[float, float]]] = {}
+    for edges in (faces.first_edge, faces.second_edge):
+        for edge, *corners in zip(edges, faces.start, faces.end, strict=True):
+            begin, along = begins[edge], ends[edge] - begins[edge]
+            low, high = sorted((corner - begin) @ along / (along @ along) for corner in corners)
+            covered.setdefault(int(edge), []).append((low, high))
+    for edge, (begin, end) in enumerate(zip(begins, ends, strict=True)):
+        last = 0.0
+        for low, high in [*sorted(covered.get(edge, [])), (1.0, 1.0)]:
+            if low - last > _CORNER:
+                yield edge, begin + last * (end - begin), begin + low * (end - begin)
+            last = max(last, high)
 
 
 def _undilated_limit(programme: _Programme, upper: _Solution) -> tuple[_Solution, int]:

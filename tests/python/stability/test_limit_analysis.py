@@ -305,6 +305,56 @@ def test_backfill_ends_with_its_surface_and_strengthens_an_arch():
     assert filled.least > 1.5 * bare.least
 
 
+@pytest.mark.parametrize("blocks", [1, 2])
+def test_backfill_loads_the_free_part_of_a_stepped_wall(blocks):
+    """Soil of 2 m² on the step: k W = μ (W + W_s) for a stepped block and for two blocks."""
+    step, upper = [(0, 0), (3, 0), (3, 1), (1, 1), (1, 2), (0, 2)], box(0, 1, 1, 1)
+    parts = {"wall": step} if blocks == 1 else {"lower": box(0, 0, 3, 1), "upper": upper}
+    model = assembly({"base": BASE, **parts}, math.tan(math.radians(60)))
+    model.joint("slick", friction_angle=10.0)
+    model["block.base"].joint = "slick"
+    fill = Backfill([(1, 2), (10, 2)], 20e3, 0.0)
+    limits = sitedda.limit_analysis(model, direction=LEFT, backfill=fill)
+    expected = math.tan(math.radians(10)) * (1 + 2 * 20e3 / (4 * 2500.0 * 9.81))
+    assert limits.upper.factor == pytest.approx(expected, rel=1e-6)
+    assert limits.lower.factor == pytest.approx(expected, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("surface", "area", "side"),
+    [
+        ([(1.5, 2), (2.5, 2)], 1.0, 0.0),
+        ([(-4, 2), (2.5, 2)], 1.5, 0.0),
+        ([(-4, 1), (2, 2), (10, 1)], 0.5 * (5 / 6 + 1) + 0.5 * (1 + 7 / 8), 15 / 8 - 0.5),
+        ([(-4, 0.5), (2, 1.5), (2.5, 0.5), (10, 0.5)], 0.5 * (1 / 3 + 1 / 2) + 1 / 16, 1 / 8),
+    ],
+)
+def test_backfill_follows_its_surface(surface, area, side):
+    """k W = μ (W + γ A) + γ K_p ∫ z dz, with the area A above the block, x = 1 to 3 m."""
+    limits = sitedda.limit_analysis(squat(), backfill=Backfill(surface, 18e3, 30.0))
+    expected = 0.5 * (1 + 18e3 * area / WEIGHT) + 3 * 18e3 * side / WEIGHT
+    assert limits.upper.factor == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"surface": [(2, 3), (0, 3)]}, "ascending x"),
+        ({"surface": [(0, 3), (math.nan, 3)]}, "finite"),
+        ({"surface": [(0, 3)]}, "at least 2 points"),
+        ({"surface": "x"}, "surface"),
+        ({"unit_weight": -2e4}, "unit_weight = -20000"),
+        ({"friction_angle": -30.0}, "friction_angle = -30"),
+        ({"friction_angle": 95.0}, "friction_angle = 95"),
+        ({"friction_angle": math.nan}, "friction_angle = nan"),
+    ],
+)
+def test_invalid_backfill_is_refused(change, message):
+    valid = {"surface": [(0, 3), (2, 3)], "unit_weight": 2e4, "friction_angle": 30.0}
+    with pytest.raises(InputError, match=message):
+        Backfill(**valid | change)
+
+
 def test_a_bolt_resists_with_its_yield_force():
     """Bolt force F at the left side: k W h/2 = W b/2 + F b; slack under a push the other way."""
     model, force = squat(5.0), 0.2 * WEIGHT
