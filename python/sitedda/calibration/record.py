@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from ..base.arguments import COUNT
+from ..base.arguments import COUNT, positive
 from ..base.errors import InputError, library_required
 from ..base.reading import read_numbers
 from ..engine.signals import smooth_konno_ohmachi
@@ -147,21 +147,26 @@ def identify(
         raise InputError(f"a record of {size / rate:g} s has less than {_FEWEST} periods of "
                          f"{low:g} Hz: give a longer record")  # fmt: skip
     order = int(COUNT.check("order", order))
+    _check_alive(table)
     values = (table - table.mean()).to_numpy()
     if (factor := int(rate / (_RATE_RATIO * high))) > 1:
         values, rate = decimate(values, factor, ftype="fir", axis=0), rate / factor
     depth = int(np.clip(_PERIODS * rate / low, -(-order // count) + 1, max(_WIDEST // count, 4)))
     poles = _stable_poles(values, rate, depth, min(order, depth * count), (low, high))
-    shapes, scatter = (np.reshape(x, (-1, poles.Fn.size)) for x in (poles.Phi, poles.Phi_std))
+    # The scalars of a single mode are not arrays.
+    found = poles.Fn, poles.Fn_std, poles.Xi, poles.Xi_std
+    frequency, frequency_deviation, damping, damping_deviation = map(np.atleast_1d, found)
+    shapes, scatter = (np.reshape(x, (-1, frequency.size)) for x in (poles.Phi, poles.Phi_std))
     rows = []
-    for i in np.argsort(poles.Fn):
+    for i in np.argsort(frequency):
         phase = np.exp(-1j * np.angle(np.sum(shapes[:, i] ** 2)) / 2)
         real_shape = (shapes[:, i] * phase).real
         length = np.linalg.norm(real_shape)
         deviation = np.sqrt(np.mean(np.abs(scatter[:, i]) ** 2)) / length
         rows.append({
-            "frequency": poles.Fn[i], "deviation": poles.Fn_std[i], "damping": poles.Xi[i],
-            "damping_deviation": poles.Xi_std[i], "shape_deviation": max(deviation, _SMALLEST),
+            "frequency": frequency[i], "deviation": frequency_deviation[i], "damping": damping[i],
+            "damping_deviation": damping_deviation[i],
+            "shape_deviation": max(deviation, _SMALLEST),
         } | dict(zip(table, real_shape / length, strict=True)))  # fmt: skip
     return pd.DataFrame(rows)
 
@@ -213,7 +218,11 @@ def horizontal_over_vertical(
     """
     from scipy.signal import ShortTimeFFT, get_window
 
-    table, at_hz = read_ambient(record, channels), np.asarray(frequency, dtype=float)
+    table = read_ambient(record, channels)
+    at_hz = np.atleast_1d(positive("frequency", frequency))
+    if not at_hz.size:
+        raise InputError("frequency: give one or more")
+    window = float(positive("window", window))
     step = _time_step(table)
     size = round(window / step)
     if not 10 / window <= at_hz.min() <= at_hz.max() <= 0.5 / step or 3 * size > 2 * len(table):
@@ -221,6 +230,7 @@ def horizontal_over_vertical(
                          "frequency, and the record needs two windows")  # fmt: skip
     if missing := [n for n in (f"{point}.x", f"{point}.y") if n not in table]:
         raise InputError(f"the record has no channel {missing[0]}: it has {list(table)}")
+    _check_alive(table[[f"{point}.x", f"{point}.y"]])
     transform = ShortTimeFFT(get_window("hann", size), size // 2, 1 / step)
     parts = []
     for axis in "xy":
@@ -231,6 +241,14 @@ def horizontal_over_vertical(
                       for row in spectra.T])  # fmt: skip
     logs = np.log(np.array(parts[0]) / parts[1])
     return np.exp(np.median(logs, axis=0)), logs.std(axis=0)
+
+
+def _check_alive(table: pd.DataFrame) -> None:
+    """Reject channels whose samples are all equal."""
+    for name, values in table.items():
+        if np.ptp(values) == 0:
+            raise InputError(f"channel {name} of the record is dead: all its samples are "
+                             f"{values.iloc[0]:g}; omit it")  # fmt: skip
 
 
 def _time_step(record: pd.DataFrame, label="the record") -> float:

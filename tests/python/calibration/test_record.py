@@ -135,6 +135,38 @@ def test_h_over_v_of_noise():
     assert fine[median.argmax()] == pytest.approx(5.0, abs=0.3)
 
 
+def test_a_record_of_one_mode():
+    """An oscillator of 4 Hz and 2 % under white noise, in two channels of ratio 0.6."""
+    pytest.importorskip("pyoma2")
+    from scipy.signal import cont2discrete, lfilter
+
+    step, omega, random = 0.02, 2 * np.pi * 4.0, np.random.default_rng(9)
+    system = [omega**2], [1.0, 2 * 0.02 * omega, omega**2]
+    numerator, denominator, _ = cont2discrete(system, step, "foh")
+    motion = lfilter(numerator[0], denominator, random.standard_normal(30000))
+    noise = 0.1 * random.standard_normal((2, 30000))
+    channels = {"top.x": motion + noise[0], "mid.x": 0.6 * motion + noise[1]}
+    modes = identify(pd.DataFrame(channels, step * np.arange(30000)), (2.0, 8.0))
+    assert len(modes) == 1
+    assert modes.frequency[0] == pytest.approx(4.0, rel=0.01)
+    assert modes["mid.x"][0] / modes["top.x"][0] == pytest.approx(0.6, rel=0.03)
+
+
+def test_refuses_dead_channels_and_windows():
+    noise = np.random.default_rng(3).standard_normal((60000, 2))
+    record = pd.DataFrame(noise, 0.01 * np.arange(60000), ["a.x", "a.y"])
+    dead = record.assign(**{"a.y": 0.5})
+    for call in (lambda: identify(dead, (4.0, 20.0)),
+                 lambda: horizontal_over_vertical(dead, [2.0], "a")):  # fmt: skip
+        with pytest.raises(InputError, match="channel a.y of the record is dead: all its .* 0.5"):
+            call()
+    for window in (-30.0, 0.0):
+        with pytest.raises(InputError, match="window must be finite and positive, got"):
+            horizontal_over_vertical(record, [2.0], "a", window)
+    with pytest.raises(InputError, match="frequency: give one or more"):
+        horizontal_over_vertical(record, [], "a")
+
+
 @pytest.mark.parametrize(
     ("band", "message"),
     [((4.0, 60.0), "below 50 Hz"), ((0.1, 20.0), "less than 100 periods"), ((9, 4), "in order")],
