@@ -5,20 +5,11 @@ import argparse
 import sys
 from pathlib import Path
 
-from ..base.arguments import NOT_NEGATIVE, picture_name
+from ..base.arguments import picture_name
 from ..base.errors import InputError, OutputError
 from ..base.files import check_target
 from ..drawing.command import add_absolute_option, add_files, add_modes_option
-from ..engine.records import read_record
-from ..input.schema import GROUPS
-
-# Phrases in messages of the engine, and the options that supply the missing value.
-_OPTIONS = {
-    "give its unit": "--unit",
-    "does not state its unit": "--unit",
-    "give time_step": "--time-step",
-    "name one of": "--format",
-}
+from ..engine.record_options import add_record_options, read_described
 
 
 def add_view(parser: argparse.ArgumentParser) -> None:
@@ -87,19 +78,8 @@ def _print_page(file: Path, show: bool) -> None:
 
 def add_record(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda record`."""
-    allowed = {v.name: v.values for v in GROUPS["motion"].variables}
     parser.add_argument("file", type=Path, metavar="RECORD")
-    parser.add_argument(
-        "--format", default="auto", help=f"{allowed['format']}, or 'obspy' for its formats (auto)"
-    )
-    parser.add_argument(
-        "--quantity", default="", help=f"{allowed['quantity']}, if the file does not state it"
-    )
-    parser.add_argument(
-        "--unit", default="", help=f"{allowed['unit']}, if the file does not state it"
-    )
-    parser.add_argument("--time-step", type=NOT_NEGATIVE, default=0.0, metavar="S",
-                        help="time step of a file with one column, s")  # fmt: skip
+    add_record_options(parser)
     parser.add_argument("-o", "--output", type=picture_name, metavar="PICTURE",
         help="picture to write (RECORD.png)")  # fmt: skip
     parser.add_argument("-f", "--force", action="store_true", help="overwrite an existing picture")
@@ -114,7 +94,7 @@ def _run_record(options: argparse.Namespace) -> int:
     picture = options.output or Path(f"{options.file.stem}.png")
     if not options.force:
         _confirm_overwriting(picture)
-    motion = _read_record_file(options)
+    motion = read_described(options.file, options)
     print(f"{motion.attrs['station']} {motion.attrs['description']}".strip())
     print(f"{motion.time.size} samples, {float(motion.time[-1]):.3f} s; {motion.attrs['method']}")
     for name in ("acceleration", "velocity", "displacement"):
@@ -123,16 +103,6 @@ def _run_record(options: argparse.Namespace) -> int:
         print(intensity(motion))
     print(f"picture: {record_panels(motion, picture)}")
     return 0
-
-
-def _read_record_file(options: argparse.Namespace):
-    """Read a record; an error also names the options that may supply a missing value."""
-    try:
-        description = options.format, options.quantity, options.unit
-        return read_record(options.file, *description, options.time_step)
-    except InputError as error:
-        hints = [option for cause, option in _OPTIONS.items() if cause in str(error)]
-        raise InputError("; ".join([str(error), *(f"try {hint}" for hint in hints)])) from error
 
 
 def _confirm_overwriting(file: Path) -> None:

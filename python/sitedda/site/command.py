@@ -2,11 +2,21 @@
 """`sitedda site` compares blocks with a column; `sitedda surface` draws amplification along it."""
 
 import argparse
+import math
 import warnings
 from pathlib import Path
 
 from ..base.arguments import DAMPING_RATIO, NOT_NEGATIVE, POSITIVE, WORKERS, picture_name
-from ..base.errors import PeakWarning, located
+from ..base.errors import InputError, PeakWarning, located
+from ..engine.record_options import add_record_options, read_described
+
+# Options of `sitedda site` by the kind of the file, besides those that all kinds have.
+_READING = ("within", "format", "quantity", "unit", "time_step")  # of a record
+_OPTIONS = {
+    "a CSV profile": ("record", *_READING, "water_table", "fill"),
+    "a suite": ("folder", "workers", "retry"),
+    "a model or its output": ("surface", "base", "damping"),
+}
 
 
 def add_site(parser: argparse.ArgumentParser) -> None:
@@ -19,10 +29,11 @@ def add_site(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--record", type=Path, help="for a CSV profile: ground motion")
     parser.add_argument("--within", action="store_true",
         help="the record is a within motion, not an outcrop motion")  # fmt: skip
-    parser.add_argument("--water-table", type=NOT_NEGATIVE, default=float("inf"), metavar="M",
+    add_record_options(parser)
+    parser.add_argument("--water-table", type=NOT_NEGATIVE, metavar="M",
         help="for a CSV profile: depth of the water table, for effective stresses (none)",
     )  # fmt: skip
-    parser.add_argument("--fill", choices=("above", "interpolate"), default="",
+    parser.add_argument("--fill", choices=("above", "interpolate"),
         help="fill gaps of a CSV profile: value above, or linear interpolation")  # fmt: skip
     parser.add_argument("--folder", type=Path, help="for a suite: folder of cases and results")
     parser.add_argument("-w", "--workers", type=WORKERS, help="for a suite: number of processes")
@@ -74,18 +85,20 @@ def _save_figure(figure, picture: Path, source: Path) -> None:
 
 def _compute_profile(options: argparse.Namespace) -> int:
     """Print and draw a CSV profile, and its response to a record if one is given."""
-    from ..engine.records import read_record
     from . import analyses, read_profile
 
-    path, profile = options.file, read_profile(options.file, options.fill)
+    if options.record is None and (unused := _given(options, _READING)):
+        raise InputError(f"{_option(unused[0])} needs --record")
+    path, profile = options.file, read_profile(options.file, options.fill or "")
+    water_table = math.inf if options.water_table is None else options.water_table
     print(profile)
-    if strength_text := profile.strength_words(options.water_table):
+    if strength_text := profile.strength_words(water_table):
         print(strength_text)
     picture = options.output or path.with_name(f"{path.stem}_profile.png")
     if options.record is None:
         _save_figure(profile.plot(), picture, path)
         return 0
-    motion, curves = read_record(options.record), profile.curves(options.water_table)
+    motion, curves = read_described(options.record, options), profile.curves(water_table)
     kind = "within" if options.within else "outcrop"
     with located(path, ValueError):
         if any(curves):
@@ -117,11 +130,24 @@ def _compute_suite(options: argparse.Namespace) -> int:
 
 def _compute_site(options: argparse.Namespace) -> int:
     """Carry out `sitedda site` for the kind of the file: profile, suite, input or output."""
-    if options.file.suffix.lower() in (".csv", ".txt"):
-        return _compute_profile(options)
-    if options.file.suffix.lower() == ".toml":
-        return _compute_suite(options)
-    return _compare_with_column(options)
+    kinds = {".csv": "a CSV profile", ".txt": "a CSV profile", ".toml": "a suite"}
+    kind = kinds.get(options.file.suffix.lower(), "a model or its output")
+    others = [name for other, names in _OPTIONS.items() if other != kind for name in names]
+    if wrong := _given(options, others):
+        raise InputError(f"{_option(wrong[0])} does not apply to {kind}, whose options are "
+                         f"{', '.join(map(_option, _OPTIONS[kind]))}")  # fmt: skip
+    compute = {"a CSV profile": _compute_profile, "a suite": _compute_suite}
+    return compute.get(kind, _compare_with_column)(options)
+
+
+def _given(options: argparse.Namespace, names) -> list[str]:
+    """Return the names of options in the command."""
+    values = {name: getattr(options, name) for name in names}
+    return [name for name, value in values.items() if value is not None and value is not False]
+
+
+def _option(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
 
 
 def _compare_with_column(options: argparse.Namespace) -> int:

@@ -2,6 +2,7 @@
 """A site in a CSV file: reading, conversion to a column and to blocks, command line."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -333,6 +334,46 @@ def test_the_command_prints_and_draws(tmp_path, site, main, root):
     assert (tmp_path / "linear_site.png").exists()
     assert main("site", tmp_path / "none.csv").returncode == 1
     assert math.isfinite(read_profile(linear).mean_velocity())
+
+
+def test_the_command_reads_a_record_of_bare_numbers(tmp_path, site, main):
+    """A column of numbers and the same samples with their times are one record."""
+    from test_site import ricker
+
+    from sitedda.site import intensity
+
+    series = ricker(2.0, 600, 2.0, 0.01)
+    np.savetxt(tmp_path / "bare.txt", series)
+    np.savetxt(tmp_path / "timed.txt", np.c_[0.01 * np.arange(600), series])
+    file = site("\n".join(line.rsplit(",", 1)[0] for line in SITE.splitlines()))
+    refused = main("site", file, "--record", tmp_path / "timed.txt")
+    assert refused.returncode == 1 and "try --unit" in refused.stderr
+    bare, timed = (
+        main.ok("site", file, "--record", tmp_path / name, "--unit", "m/s2", *more)
+        for name, more in (("bare.txt", ["--time-step", "0.01"]), ("timed.txt", []))
+    )
+    record = sitedda.read_record(tmp_path / "timed.txt", unit="m/s2")
+    assert bare.stdout == timed.stdout and f"reference: {intensity(record)}" in bare.stdout
+
+
+@pytest.mark.parametrize(
+    ("file", "options", "message"),
+    [
+        (
+            "vs.csv",
+            ["--damping", "0.05"],
+            "--damping does not apply to a CSV profile, whose .*fill",
+        ),
+        ("vs.csv", ["--retry"], "--retry does not apply to a CSV profile"),
+        ("vs.csv", ["--within"], "--within needs --record"),
+        ("a.toml", ["--water-table", "0"], "--water-table does not apply to a suite"),
+        ("a.nml", ["--record", "r.at2"], "--record does not apply to a model or its output"),
+    ],
+)
+def test_the_command_refuses_options_without_effect(site, main, file, options, message):
+    process = main("site", site(name=file), *options)
+    assert process.returncode == 1 and process.stderr.count("\n") == 1
+    assert re.search(message, process.stderr)
 
 
 def test_curves_end_at_the_strength_of_the_file(site):
