@@ -282,9 +282,9 @@ def _check_maximum_exists(x, k, n) -> None:
             f"no case fails below {failing.min():g}, and none survives above {surviving.max():g}: "
             "the dispersion is not determined; add levels between these, or cases"
         )
-    mixed_levels = np.sum((k > 0) & (k < n))
-    slope = np.polyfit(np.log(x), k / np.maximum(n, 1), 1)[0]
-    if slope <= 0 and mixed_levels:
+    # The likelihood is concave, so the curve rises if its derivative at slope 0 is above 0.
+    derivative = np.sum((k - n * k.sum() / n.sum()) * np.log(x))
+    if derivative <= 0:
         raise InputError("the fraction of failures does not increase with the intensity")
 
 

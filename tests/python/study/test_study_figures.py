@@ -73,6 +73,21 @@ def test_data_without_a_fragility_are_refused(failures, message):
         fragility(LEVELS, failures, [40] * 8)
 
 
+@pytest.mark.parametrize("empty", [0, 1])
+def test_few_trials_hardly_affect_a_fragility(empty):
+    """Two levels determine a probit line; a third with no trial or one changes little."""
+    from scipy.special import ndtri
+
+    curve = fragility([1.0, 2.0, 3.0], [10, 50, 0], [100, 100, empty])
+    z = ndtri([0.1, 0.5])
+    dispersion = np.log(2.0) / (z[1] - z[0])
+    assert curve.median == pytest.approx(2.0, rel=0.03 if empty else 1e-5)
+    assert curve.dispersion == pytest.approx(dispersion, rel=0.06 if empty else 1e-5)
+    falling = [10, 9, 100], [100, 10, 1000]  # 10, 90 and 10 %
+    with pytest.raises(InputError, match="does not increase"):
+        fragility([1.0, 2.0, 3.0], *falling)
+
+
 @pytest.fixture
 def table() -> xr.Dataset:
     """Return responses of five records at four levels; one run failed."""
