@@ -28,7 +28,7 @@ import numpy as np
 from scipy.optimize import linprog, minimize_scalar
 from scipy.sparse import block_array, coo_array, diags_array, hstack, vstack
 
-from ..base.arguments import COUNT, POSITIVE, Range, floats
+from ..base.arguments import COUNT, POSITIVE, Range, first_of, floats, not_negative, positive
 from ..base.core import engine_names
 from ..base.errors import ConvergenceError, InputError
 from ..build.cutting.rings import Rings
@@ -203,13 +203,9 @@ class Backfill:
 
     def __post_init__(self):
         """Raise InputError if a value is invalid."""
-        surface = floats("surface", self.surface)
-        if surface.ndim != 2 or surface.shape[1:] != (2,) or len(surface) < 2:
-            raise InputError(f"surface has shape {surface.shape}: it must be (points, 2), with at "
-                             "least 2 points")  # fmt: skip
-        if not np.isfinite(surface).all() or not (np.diff(surface[:, 0]) > 0.0).all():
-            raise InputError(f"surface must have finite coordinates and ascending x, got x = "
-                             f"{surface[:, 0]}")  # fmt: skip
+        x = _pairs("surface", self.surface, least=2)[:, 0]
+        if not (np.diff(x) > 0.0).all():
+            raise InputError(f"surface must have ascending x, got {x.tolist()}")
         POSITIVE.check("unit_weight", self.unit_weight)
         _FRICTION.check("friction_angle", self.friction_angle)
 
@@ -244,6 +240,16 @@ class Backfill:
         yield point, stress * np.array([0.0, width]), passive * stress * np.array([-height, 0.0])
 
 
+def _pairs(name: str, values, least: int) -> np.ndarray:
+    """Return finite pairs of numbers, shape (n, 2), n ≥ `least`; raise InputError otherwise."""
+    pairs = floats(name, values)
+    if pairs.ndim != 2 or pairs.shape[1] != 2 or len(pairs) < least:
+        raise InputError(f"{name} has shape {pairs.shape}: it must be (n, 2), with n >= {least}")
+    if not np.isfinite(pairs).all():
+        raise InputError(f"{name} must be finite, got {first_of(pairs, ~np.isfinite(pairs)):g}")
+    return pairs
+
+
 def travelling_axle(
     source,
     line,
@@ -275,20 +281,27 @@ def travelling_axle(
     Raises
     ------
     InputError
-        As in `limit_analysis`, or if a position on the line is outside of all blocks.
+        As in `limit_analysis`, if a position on the line is outside of all blocks, or if no axle
+        is on the line at any position.
     """
+    points, pairs = _pairs("line", line, least=2), _pairs("axles", axles, least=1)
+    distances = not_negative("distances of axles", pairs[:, 0])
+    weights = positive("weights of axles", pairs[:, 1])
+    COUNT.check("positions", positions)
     programme = _Programme(*_scene_and_loads(source, changes), np.array([1.0, 0.0]), None, backfill)
-    points, weights = np.asarray(line, dtype=float), np.array(axles, dtype=float)
     along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
 
     def solve(position: float) -> _Solution:
-        offsets = position - weights[:, 0]
+        offsets = position - distances
         is_on = (offsets >= 0.0) & (offsets <= along[-1])
         points_on = np.column_stack([np.interp(offsets[is_on], along, axis) for axis in points.T])
-        programme.set_axles(points_on, weights[is_on, 1] / weights[:, 1].sum())
+        programme.set_axles(points_on, weights[is_on] / weights.sum())
         return programme.upper()
 
-    stations = np.linspace(0.0, along[-1], COUNT.check("positions", positions))
+    stations = np.linspace(0.0, along[-1], positions)
+    if stations[-1] < distances.min():
+        raise InputError(f"axles: none is on the line, because all distances exceed "
+                         f"{stations[-1]:g} m")  # fmt: skip
     factors = np.array([solve(position).factor for position in stations])
     lowest = int(np.argmin(factors))
     low, high = stations[max(lowest - 1, 0)], stations[min(lowest + 1, len(stations) - 1)]

@@ -32,6 +32,7 @@ _NEGLIGIBLE = 1e-6  # components below this fraction of the largest are shown as
 _TOO_FAR = 2.0  # ratio of the displacement that ends a static stage to the allowed displacement
 _STILL = 0.02  # fraction of the largest displacement below which a block is stable
 _TURNING = 0.03  # ratio of rotation × radius to displacement above which a block topples
+_LOADS = ("load", "traction", "water", "flow", "bolt", "in_situ")  # groups that load blocks
 _STEP, _STEPS = 0.4, 3000  # time step / √(displacement / g); largest number of steps
 _ELASTIC = 4  # number of first steps, in which elastic strains adapt to the new forces
 
@@ -221,6 +222,15 @@ def _are_moving(verdicts: tuple[str, ...]) -> np.ndarray:
     return np.array(verdicts) != "stable"
 
 
+def _check_loads_and_supports(model: Model) -> None:
+    """Raise InputError if a model has no loads or no supports."""
+    gravity = model.control.gravity
+    if (gravity is None or not np.any(gravity)) and not any(map(model.of_kind, _LOADS)):
+        raise InputError("a factor of safety requires weight or loads: set gravity of &control")
+    if not any(map(model.of_kind, ("fixed_point", "boundary"))):
+        raise InputError("the blocks have no support: add a &fixed_point or &boundary")
+
+
 def bisect(
     is_stable: Callable[[float], bool], low: float, high: float, tolerance: float
 ) -> tuple[float, float]:
@@ -239,6 +249,7 @@ class _Trials:
     """The trials of a model with its strength divided by factors."""
 
     def __init__(self, model: Model, displacement: float, removed: list[str], progress=None):
+        _check_loads_and_supports(model)
         self.progress = progress
         self.model, self.removed = model, ", ".join(removed) or None
         if self.removed:

@@ -341,7 +341,7 @@ def test_backfill_follows_its_surface(surface, area, side):
     [
         ({"surface": [(2, 3), (0, 3)]}, "ascending x"),
         ({"surface": [(0, 3), (math.nan, 3)]}, "finite"),
-        ({"surface": [(0, 3)]}, "at least 2 points"),
+        ({"surface": [(0, 3)]}, r"surface has shape \(1, 2\)"),
         ({"surface": "x"}, "surface"),
         ({"unit_weight": -2e4}, "unit_weight = -20000"),
         ({"friction_angle": -30.0}, "friction_angle = -30"),
@@ -403,6 +403,30 @@ def test_an_axle_is_worst_at_the_end_of_an_overhang(axles, position_of_minimum):
     assert result.limit.verdicts == ("stable", "topples")
     with pytest.raises(InputError, match="no block is at"):
         sitedda.travelling_axle(model, [(-0.5, 0.6), (2, 0.6)])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"axles": []}, "axles has shape"),
+        ({"axles": 5}, "axles has shape"),
+        ({"axles": [1, 2]}, "axles has shape"),
+        ({"axles": [(0, 0)]}, "weights of axles .* got 0"),
+        ({"axles": [(0, 1), (1, -1)]}, "weights of axles .* got -1"),
+        ({"axles": [(0, math.nan)]}, "axles must be finite, got nan"),
+        ({"axles": [(-3, 1)]}, "distances of axles .* got -3"),
+        ({"axles": [(2.6, 1)]}, "none is on the line, because all distances exceed 2.5 m"),
+        ({"axles": [(1, 1)], "positions": 1}, "none is on the line"),
+        ({"line": [(0, 0.5)]}, "line has shape"),
+        ({"line": [(0, 0.5), (math.nan, 0.5)]}, "line must be finite"),
+    ],
+)
+def test_invalid_axles_and_lines_are_refused(arguments, message):
+    model = assembly({"base": box(-1, -1, 2, 1), "beam": box(-2, 0, 4, 0.5)}, 0.5)
+    with pytest.raises(InputError, match=message):
+        sitedda.travelling_axle(
+            model, **{"line": [(-0.5, 0.5), (2, 0.5)], "positions": 3} | arguments
+        )
 
 
 def test_an_arch_with_a_bolt_and_a_load_has_an_upper_bound_proof():

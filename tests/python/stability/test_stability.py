@@ -11,6 +11,7 @@ from lattices import lattice
 from matplotlib.text import Text
 
 import sitedda
+from sitedda import InputError
 from sitedda.boundary_marks import SIGNS
 from sitedda.command import main
 from sitedda.engine import engine_names, reduced_group
@@ -131,6 +132,28 @@ def test_a_toppling_block_has_no_factor_of_safety():
     assert result.low == 0.0
     assert "fails even with all strengths" in result.words
     assert result.mechanism.verdicts == ("stable", "topples")
+
+
+@pytest.mark.parametrize("analysis", [sitedda.safety, sitedda.stability.mechanism])
+def test_a_model_without_loads_or_supports_is_refused(analysis):
+    model = block_on_plane(20.0, 35.0)
+    model.clear("fixed_point")
+    with pytest.raises(InputError, match="the blocks have no support"):
+        analysis(model)
+    model = block_on_plane(20.0, 35.0)
+    model.control(gravity=(0.0, 0.0))
+    with pytest.raises(InputError, match="requires weight or loads: set gravity"):
+        analysis(model)
+
+
+def test_a_load_replaces_weight():
+    """Loads W sin α along and W cos α onto the plane, without gravity: F = tan φ/tan α."""
+    model, dip = block_on_plane(20.0, 35.0), math.radians(20.0)
+    model.control(gravity=(0.0, 0.0))
+    push, press = 1e5 * math.sin(dip), -1e5 * math.cos(dip)
+    model.load(2.0, 0.1, "block", time=(0, 1), force_x=(push, push), force_y=(press, press))
+    found = sitedda.safety(model)
+    assert found.factor == pytest.approx(math.tan(math.radians(35.0)) / math.tan(dip), rel=2e-3)
 
 
 def test_a_block_on_level_ground_has_no_mechanism():
