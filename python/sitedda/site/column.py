@@ -56,6 +56,8 @@ class Column:
     convention : str
         Meaning of the damping ratio, see :func:`complex_modulus`; by default ``dormieux``, which
         keeps the modulus as it is given, for ratios up to ½.
+    waves : {'S', 'P'}
+        P: the moduli are constrained ones, to which curves of shear do not apply.
 
     Raises
     ------
@@ -73,6 +75,7 @@ class Column:
     layers: Sequence[Layer]
     base: HalfSpace | str = "rigid"
     convention: str = DEFAULT_CONVENTION
+    waves: str = "S"
 
     def __post_init__(self) -> None:
         layers = tuple(self.layers)
@@ -85,12 +88,21 @@ class Column:
         if not is_half_space and self.base != "rigid":
             raise InputError(f"base must be 'rigid' or a HalfSpace, got {self.base!r}")
         one_of("convention", self.convention, CONVENTIONS)
+        one_of("waves", self.waves, ("S", "P"))
         object.__setattr__(self, "layers", layers)
 
     @property
     def depth(self) -> float:
         """Return the depth of the base below the surface, m."""
         return float(self._interfaces[-1])
+
+    def check_curves(self, curves: Sequence) -> None:
+        """Reject curves that are not one per layer, and any curves of a column of P waves."""
+        if len(curves) != len(self.layers):
+            raise InputError(f"curves: give {len(self.layers)}, one per layer, not {len(curves)}")
+        if self.waves == "P" and any(curve is not None for curve in curves):
+            raise InputError("curves: those of shear do not apply to a column of P waves; "
+                             "give None for each layer")  # fmt: skip
 
     @property
     def travel_time(self) -> float:

@@ -143,8 +143,7 @@ def equivalent_linear(
     ConvergenceError
         If the iteration does not converge.
     """
-    if len(curves) != len(column.layers):
-        raise InputError(f"curves: give {len(column.layers)}, one per layer, not {len(curves)}")
+    column.check_curves(curves)
     if not 0 < strain_ratio <= 1:
         raise InputError(f"strain_ratio must be in 0 < ratio <= 1, got {strain_ratio!r}")
     if not 0 < tolerance < 1:

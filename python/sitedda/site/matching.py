@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.arguments import positive
 from ..base.errors import ConvergenceError, InputError
 from ..engine.signals import fast_length, running_integral, spectral_acceleration
 from .motion import Motion
@@ -92,7 +93,10 @@ def matched(
     low, high = map(float, periods)
     if not 0 < low < high:
         raise InputError(f"periods = {periods}: give the shortest and the longest period (s, > 0)")
+    positive("tolerance", tolerance)
     ground = Motion.of(motion)
+    if not np.any(ground.acceleration):
+        raise InputError("a motion of zeros cannot be matched")
     subdivisions = int(np.ceil(ground.time_step / (low / _FINE) - 1e-9))
     if subdivisions > 1:
         ground = Motion.of(resampled(motion, ground.time_step / subdivisions))

@@ -314,8 +314,7 @@ def nonlinear(
     ConvergenceError
         If a step does not converge.
     """
-    if len(curves) != len(column.layers):
-        raise InputError(f"curves: give {len(column.layers)}, one per layer, not {len(curves)}")
+    column.check_curves(curves)
     one_of("kind", kind, KINDS)
     highest = float(positive("highest_frequency", highest_frequency))
     ground = Motion.of(motion, time_step)

@@ -45,7 +45,7 @@ class Profile(SoilProfile):
             base_medium = HalfSpace(**self._medium(self.half_space, waves))
         options = {} if convention is None else {"convention": convention}
         layers = [Layer(layer.thickness, **self._medium(layer, waves)) for layer in self.layers]
-        return Column(layers, base_medium, **options)
+        return Column(layers, base_medium, waves=waves, **options)
 
     def _medium(self, ground: Ground, waves: str) -> dict[str, float]:
         """Return the values of a layer for these waves."""

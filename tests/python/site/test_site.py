@@ -21,6 +21,7 @@ from sitedda.site import (
     equivalent_linear,
     hyperbolic,
     intensity,
+    nonlinear,
     read_profile,
 )
 
@@ -436,6 +437,11 @@ def test_p_waves_with_twice_the_velocity_have_twice_the_frequencies(tmp_path):
     at_half = slow.transfer(frequency / 2, kind="outcrop")
     np.testing.assert_allclose(fast.transfer(frequency, kind="outcrop"), at_half, rtol=1e-9)
     assert fast.peak(kind="outcrop").frequency == pytest.approx(400 / 32, rel=0.02)
+    curves, motion = [darendeli(1e5)], ricker()
+    for analysis in (equivalent_linear, nonlinear):
+        with pytest.raises(InputError, match="shear do not apply to a column of P waves"):
+            analysis(fast, curves, motion, STEP)
+    assert np.all(equivalent_linear(fast, [None], motion, STEP).reduction == 1)
     file.write_text("\n".join([head, *rows]))
     with pytest.raises(InputError, match="row 3: a column of P waves needs Vp or nu"):
         read_profile(file).column(waves="P")

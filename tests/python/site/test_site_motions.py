@@ -187,6 +187,10 @@ def test_a_match_that_fails_is_an_error(record):
         matched(record, target, (0.1, 2.0), tolerance=1e-5, most_rounds=2)
     with pytest.raises(InputError, match="cannot be matched at periods of 50 s"):
         matched(record, target, (0.1, 50.0))
+    with pytest.raises(InputError, match="tolerance must be finite and positive, got -0.05"):
+        matched(record, target, tolerance=-0.05)
+    with pytest.raises(InputError, match="a motion of zeros cannot be matched"):
+        matched(of_acceleration(np.zeros(2000), STEP), target)
 
 
 # --- amplification tables ------------------------------------------------------------------------
