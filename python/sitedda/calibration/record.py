@@ -248,7 +248,7 @@ def _check_alive(table: pd.DataFrame) -> None:
     for name, values in table.items():
         if np.ptp(values) == 0:
             raise InputError(f"channel {name} of the record is dead: all its samples are "
-                             f"{values.iloc[0]:g}; omit it")  # fmt: skip
+                             f"{values.iloc[0] + 0.0:g}; omit it")  # fmt: skip
 
 
 def _time_step(record: pd.DataFrame, label="the record") -> float:

@@ -253,6 +253,9 @@ def test_three_analyses_agree_for_small_strains_only(record, tmp_path):
     strong = analyses(column, curves, 2 * record.acceleration.values, STEP)
     assert strong.nonlinear.histories.strain.max() > 1e-3
     assert str(strong).startswith("outcrop motion") and "largest shear strain" in str(strong)
+    (row,) = (line for line in str(strong).splitlines() if line.startswith("largest shear strain"))
+    strains = [100 * response.largest[0] for response in strong.responses.values()]
+    assert [float(cell) for cell in row.split()[3:6]] == pytest.approx(strains, rel=1e-3)
     picture = strong.plot()
     picture.savefig(tmp_path / "three.png")
     spectra = picture.axes[0]  # spectra are not cut off

@@ -83,6 +83,7 @@ def test_a_suite_has_the_results_of_its_cases(bore):
         case = table.sel(analysis=name, motion="b").isel(profile=1, level=1)
         np.testing.assert_allclose(case.sa, response.spectrum(periods), rtol)
         np.testing.assert_allclose(case.amplification, response.spectrum(periods) / rock, rtol)
+        assert case.strain == pytest.approx(response.largest[0], rel=rtol)
     factors = np.log(table.amplification.sel(analysis="linear").isel(level=0).values).reshape(4, 3)
     statistics = result.statistics.sel(analysis="linear").isel(level=0)
     np.testing.assert_allclose(statistics["median"], np.exp(factors.mean(0)))
