@@ -4,7 +4,7 @@ module dda_diagnostics
    use dda_kinds, only: wp
    use dda_doubts, only: add_doubt, add_doubts, doubt_type
    use dda_energy, only: energy_residual, turnover, energy_geometric
-   use dda_errors, only: error_type, error_convergence, error_memory, fail
+   use dda_errors, only: error_type, error_convergence, error_input, error_memory, fail
    use dda_joint_ends, only: bending_doubts
    use dda_maxima, only: of_strain, of_penetration_ratio
    use dda_model, only: half_size
@@ -50,7 +50,7 @@ contains
       advice = "; try a smaller time_step, or time_step_control = 'adaptive'"
       if (simulation%model%control%adaptive) advice = '; try a smaller least_time_step or a '// &
          'lower normal_stiffness'
-      if (kind == error_memory) then
+      if (kind == error_memory .or. kind == error_input) then
          location = ''
          advice = ''
       end if

@@ -11,11 +11,12 @@ module dda_time_step
    use dda_damage_passes, only: most_passes
    use dda_diagnostics, only: explain, check_state
    use dda_elements, only: accept_elements, has_unconverged_bounds, table_search_failed, &
-      prepare_elements, revise_elements, unconverged_block
+      check_flow, prepare_elements, revise_elements, unconverged_block
    use dda_energy, only: add_energy, energy_algorithmic, energy_impact, energy_input, &
       energy_kinetic_damping
    use dda_energy_budget, only: update_step, update_state
-   use dda_errors, only: error_type, error_convergence, error_interrupted, error_memory, fail
+   use dda_errors, only: error_type, error_convergence, error_input, error_interrupted, &
+      error_memory, fail
    use dda_impact, only: count_impacts, resolve_impacts
    use dda_joint_law, only: weakened
    use dda_kinematics, only: damp_velocity, predict, integrate, largest_displacement
@@ -88,6 +89,8 @@ contains
          call predict(simulation%blocks, simulation%system%d, next_step(simulation))
          call prepare_elements(simulation%elements, simulation%blocks, next_step(simulation), &
             simulation%system%d)
+         call check_flow(simulation%elements, error)
+         if (allocated(error)) return
          former_counts = 0
          do round = 1, most_rounds
             call assemble_step(simulation, error)
@@ -271,7 +274,7 @@ contains
       reason = 'a vertex moves too far in one step'
       if (allocated(error)) then
          reason = error%message
-         shorter = shorter .and. error%kind /= error_memory
+         shorter = shorter .and. error%kind /= error_memory .and. error%kind /= error_input
       end if
       if (shorter .and. attempt < most_attempts) then
          simulation%time_step = shrink*simulation%time_step

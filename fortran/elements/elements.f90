@@ -11,6 +11,7 @@ module dda_elements
    use dda_bolts, only: bolts_type, bolt_columns, new_bolts
    use dda_cohesive, only: cohesive_type
    use dda_crack_law, only: crack_law_type
+   use dda_errors, only: error_type, error_input, fail
    use dda_edge_loads, only: edge_loads_type
    use dda_element, only: element_type
    use dda_energy, only: energy_type, energy_law, energy_support, energy_water, energy_welded
@@ -30,7 +31,8 @@ module dda_elements
    private
    public :: elements_type, set_elements, register, list_linear_terms, pack_terms, add_packed, &
       add_forces, update_stored, account_elements, prepare_elements, revise_elements, &
-      slope_beyond, unconverged_block, has_unconverged_bounds, table_search_failed, bolt_states, &
+      slope_beyond, unconverged_block, has_unconverged_bounds, table_search_failed, check_flow, &
+      bolt_states, &
       get_flow_states, accept_elements, match_velocities, freeze_elements, balance_elements, &
       serialise_elements, face_forces, set_free_field_motion, node_columns, channel_columns, &
       block_stress, stress_error, plastic_strain, body_energies
@@ -308,6 +310,20 @@ contains
          end select
       end do
    end function table_search_failed
+
+   !> Fail if water in joints has no steady flow in the prepared step.
+   pure subroutine check_flow(elements, error)
+      type(elements_type), intent(in) :: elements  !< elements of the model
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
+      integer :: i
+
+      do i = 1, size(elements%kind)
+         select type (element => elements%kind(i)%element)
+         type is (joint_flow_type)
+            if (allocated(element%failure)) call fail(error, error_input, element%failure)
+         end select
+      end do
+   end subroutine check_flow
 
    !> Return the values of the bolts in the output.
    pure function bolt_states(elements, n) result(states)

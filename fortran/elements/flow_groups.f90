@@ -16,8 +16,7 @@ module dda_flow_groups
       add_parallel_terms, at_end, term_water
    implicit none
    private
-   public :: group_type, set_groups, set_springs, add_springs, add_node_springs, add_changes, &
-      find_steady_heads
+   public :: group_type, set_groups, set_springs, add_springs, add_node_springs, add_changes
 
    !> A group of nodes that are solved together.
    type :: group_type
@@ -27,24 +26,6 @@ module dda_flow_groups
       real(wp), allocatable :: spring(:,:,:)  !< [6,blocks,nodes] G
       integer, allocatable :: position(:)        !< [blocks of the model] position in `block`
    end type group_type
-
-   !> State of a search for the water table.
-   type :: table_type
-      real(wp), allocatable :: wet(:)     !< [nodes] 1: below the table, 0: above it, else at it
-      real(wp), allocatable :: wetness_step(:)    !< [nodes] last change of a partly wet node
-      logical, allocatable :: rose(:)       !< [nodes] the last change was an increase
-      integer, allocatable :: changes(:)  !< [nodes] number of changes
-   end type table_type
-
-   !> fraction of the conductance of channels above the water table in steady flow
-   real(wp), parameter :: air_fraction = 1.0e-3_wp
-   !> rounds of the search for the water table in which nodes are wet or dry, and most rounds
-   integer, parameter :: free_rounds = 60, most_rounds = 300
-   integer, parameter :: change_limit = 4  !< changes after which a node may be partly wet
-   !> accepted pressure of a partly wet node/largest potential
-   real(wp), parameter :: pressure_tolerance = 1.0e-6_wp
-   real(wp), parameter :: growth = 1.2_wp, reduction = 0.5_wp  !< factors of `wetness_step`
-   real(wp), parameter :: rounding = 1.0e-9_wp  !< rounding of potentials/largest potential
 
 contains
 
@@ -313,131 +294,5 @@ contains
          pressure(group%node) = pressure(group%node) + change(:, 1)
       end associate
    end subroutine add_group_change
-
-   !> Find the heads of steady flow in a group; without a known pressure there is no flow.
-   !>
-   !> Water exists only below the water table: a channel with both nodes above it conducts little
-   !> (residual flow, Desai 1976).  If nodes are wet and dry in turn, the table passes through them:
-   !> their pressure is 0, and a fraction of the conductance is found that yields it.
-   pure subroutine find_steady_heads(network, group, fixed, source, conductance, head, failed)
-      type(network_type), intent(in) :: network   !< network of the model
-      type(group_type), intent(in) :: group       !< component of the network
-      logical, intent(in) :: fixed(:)             !< [nodes] the pressure is known
-      real(wp), intent(in) :: source(:)           !< [nodes] inflow, m²/s
-      real(wp), intent(inout) :: conductance(:)   !< [channels] final conductance, m²/(Pa s)
-      real(wp), intent(inout) :: head(:)          !< [nodes] φ, Pa; known at fixed nodes
-      logical, intent(inout) :: failed            !< set to .true. if the search does not converge
-      real(wp) :: matrix(size(group%node), size(group%node)), rhs(size(group%node), 1)
-      real(wp) :: reference(size(group%node)), pressure(size(group%node)), scale
-      type(table_type) :: table
-      logical :: converged
-      integer :: c, round, info
-
-      allocate (table%wet(size(head)), source=1.0_wp)
-      allocate (table%wetness_step(size(head)), source=0.5_wp)
-      allocate (table%rose(size(head)), source=.true.)
-      allocate (table%changes(size(head)), source=0)
-      converged = .not. any(fixed(group%node))
-      reference = merge(head(group%node), source(group%node)/maxval(network%conductance), &
-         fixed(group%node))
-      do round = 1, merge(0, most_rounds, converged)
-         rhs(:, 1) = reference
-         call assemble_steady(network, group, fixed, table%wet, matrix, rhs(:, 1))
-         call dpotrf('L', size(rhs), matrix, size(rhs), info)
-         call dtrsm('L', 'L', 'N', 'N', size(rhs), 1, 1.0_wp, matrix, size(rhs), rhs, size(rhs))
-         call dtrsm('L', 'L', 'T', 'N', size(rhs), 1, 1.0_wp, matrix, size(rhs), rhs, size(rhs))
-         scale = maxval(abs(rhs))
-         pressure = merge(0.0_wp, rhs(:, 1) - network%elevation(group%node), fixed(group%node))
-         call move_table(table, group%node, pressure, scale, round > free_rounds, converged)
-         if (converged) exit
-      end do
-      failed = failed .or. .not. converged
-      if (any(fixed(group%node))) head(group%node) = rhs(:, 1)
-      do c = 1, size(conductance)
-         associate (node => network%flow%channel(c)%node)
-            if (.not. any(group%node == node(1))) cycle
-            conductance(c) = conductance(c)*merge(conducting(table%wet(node)), 0.0_wp, &
-               any(fixed(group%node)))
-         end associate
-      end do
-   end subroutine find_steady_heads
-
-   !> Revise which nodes are wet; nodes that have changed often may become partly wet.
-   pure subroutine move_table(table, node, pressure, scale, partly, converged)
-      type(table_type), intent(inout) :: table  !< state of the search
-      integer, intent(in) :: node(:)            !< [n] nodes of the group
-      real(wp), intent(in) :: pressure(:)       !< [n] Pa
-      real(wp), intent(in) :: scale             !< largest potential, Pa
-      logical, intent(in) :: partly             !< nodes may become partly wet
-      logical, intent(out) :: converged         !< all nodes are as their pressures require
-      real(wp) :: target, tolerance
-      logical :: rises
-      integer :: i
-
-      converged = .true.
-      do i = 1, size(node)
-         associate (wet => table%wet(node(i)), step => table%wetness_step(node(i)), changes => &
-            table%changes(node(i)))
-            rises = .not. pressure(i) < -rounding*scale
-            target = merge(1.0_wp, 0.0_wp, rises)
-            tolerance = merge(pressure_tolerance*scale, 0.0_wp, partly .and. changes > change_limit)
-            if (.not. abs(target - wet) > 0.0_wp .or. abs(pressure(i)) < tolerance) cycle
-            converged = .false.
-            if (partly .and. changes > change_limit) then
-               step = min(0.5_wp, merge(growth, reduction, rises .eqv. table%rose(node(i)))*step)
-               wet = min(1.0_wp, max(0.0_wp, wet + merge(step, -step, rises)))
-            else
-               wet = target
-               changes = changes + 1
-            end if
-            table%rose(node(i)) = rises
-         end associate
-      end do
-   end subroutine move_table
-
-   !> Return the fraction of its conductance that a channel has, from the wetness of its nodes.
-   pure real(wp) function conducting(wet)
-      real(wp), intent(in) :: wet(2)  !< 0 … 1
-
-      conducting = merge(1.0_wp, air_fraction + (1.0_wp - air_fraction)*maxval(wet), &
-         maxval(wet) >= 1.0_wp)
-   end function conducting
-
-   !> Assemble H φ = Q of a group, divided by its largest conductance; fixed φ are on the right.
-   pure subroutine assemble_steady(network, group, fixed, wet, matrix, rhs)
-      type(network_type), intent(in) :: network  !< network of the model
-      type(group_type), intent(in) :: group      !< component of the network
-      logical, intent(in) :: fixed(:)            !< [nodes] φ is known
-      real(wp), intent(in) :: wet(:)             !< [nodes] wetness, 0 … 1
-      real(wp), intent(out) :: matrix(:,:)       !< [nodes of the group, nodes of the group]
-      real(wp), intent(inout) :: rhs(:)        !< [nodes of the group] Pa
-      integer :: index(size(fixed)), c, i, k
-      real(wp) :: h, largest
-
-      index = 0
-      index(group%node) = [(i, i=1, size(group%node))]
-      largest = maxval(network%conductance)
-      matrix = 0.0_wp
-      do i = 1, size(group%node)
-         matrix(i, i) = merge(1.0_wp, tiny(1.0_wp), fixed(group%node(i)))
-      end do
-      do c = 1, size(network%absent)
-         associate (node => network%flow%channel(c)%node)
-            if (network%absent(c) .or. index(node(1)) == 0) cycle
-            h = network%conductance(c)/largest*conducting(wet(node))
-            do k = 1, 2
-               if (fixed(node(k))) cycle
-               associate (i => index(node(k)), j => index(node(3 - k)))
-                  matrix(i, i) = matrix(i, i) + h
-                  if (fixed(node(3 - k))) then
-                     rhs(i) = rhs(i) + h*rhs(j)
-                  else
-                     matrix(i, j) = matrix(i, j) - h
-                  end if
-               end associate
-            end do
-         end associate
-      end do
-   end subroutine assemble_steady
 
 end module dda_flow_groups

@@ -13,7 +13,7 @@ module dda_flow_network
    implicit none
    private
    public :: network_type, new_network, update_network, stored_energy, growth_of, add_pressures, &
-      outflow_of
+      fluxes_of, net_outflow
 
    real(wp), parameter :: same_node = 1.0_wp/3.0_wp, other_node = 1.0_wp/6.0_wp  !< ∫ N N ds over L
 
@@ -322,23 +322,35 @@ contains
       end do
    end subroutine add_pressures
 
-   !> Return the outflow H φ of each node, m²/s.
-   pure function outflow_of(network, conductance, potential) result(outflow)
+   !> Return the flux of each channel from its first node to its second, m²/s.
+   pure function fluxes_of(network, conductance, potential) result(flux)
       type(network_type), intent(in) :: network    !< network of the model
       real(wp), intent(in) :: conductance(:)       !< [channels] m²/(Pa s)
       real(wp), intent(in) :: potential(:)         !< [nodes] p + γy, Pa
-      real(wp) :: outflow(size(potential))
-      real(wp) :: flux
+      real(wp) :: flux(size(conductance))
+      integer :: c
+
+      do c = 1, size(flux)
+         associate (node => network%flow%channel(c)%node)
+            flux(c) = conductance(c)*(potential(node(1)) - potential(node(2)))
+         end associate
+      end do
+   end function fluxes_of
+
+   !> Return the outflow of each node into its channels, m²/s.
+   pure function net_outflow(network, flux) result(outflow)
+      type(network_type), intent(in) :: network  !< network of the model
+      real(wp), intent(in) :: flux(:)            !< [channels] m²/s
+      real(wp) :: outflow(size(network%volume))
       integer :: c
 
       outflow = 0.0_wp
-      do c = 1, size(conductance)
+      do c = 1, size(flux)
          associate (node => network%flow%channel(c)%node)
-            flux = conductance(c)*(potential(node(1)) - potential(node(2)))
-            outflow(node(1)) = outflow(node(1)) + flux
-            outflow(node(2)) = outflow(node(2)) - flux
+            outflow(node(1)) = outflow(node(1)) + flux(c)
+            outflow(node(2)) = outflow(node(2)) - flux(c)
          end associate
       end do
-   end function outflow_of
+   end function net_outflow
 
 end module dda_flow_network

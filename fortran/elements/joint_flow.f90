@@ -17,6 +17,8 @@
 !>
 !> In the undrained state H = 0.  In the steady state, the pressures of steady flow through the
 !> apertures at the start of the step are a load without stiffness.
+!>
+!> A boundary node above its water is open to the air: p = 0, w ≥ 0, and no water flows in.
 module dda_joint_flow
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
@@ -26,14 +28,16 @@ module dda_joint_flow
    use dda_element, only: element_type
    use dda_energy, only: energy_type, add_energy, energy_algorithmic, energy_flow, energy_input, &
       energy_water
-   use dda_flow, only: flow_type, acts_at, value_at, flow_steady, flow_transient, flow_undrained
+   use dda_flow, only: flow_type, find_boundary_pressure, value_at, flow_steady, flow_transient, &
+      flow_undrained
    use dda_flow_groups, only: group_type, set_groups, set_springs, add_springs, &
-      add_node_springs, add_changes, find_steady_heads
+      add_node_springs, add_changes
    use dda_flow_network, only: network_type, new_network, update_network, stored_energy, &
-      growth_of, add_pressures, outflow_of
+      growth_of, add_pressures, fluxes_of, net_outflow
    use dda_linear_terms, only: linear_terms_type
    use dda_output_schema, only: columns_of, in_flow_nodes, in_flow_channels
    use dda_scheme, only: step_type, end_time
+   use dda_steady_flow, only: find_steady_flow
    implicit none
    private
    public :: joint_flow_type, new_joint_flow, node_columns, channel_columns
@@ -59,7 +63,10 @@ module dda_joint_flow
       type(step_type) :: step
       integer :: rounds = 0                   !< rounds of revised states
       logical :: table_failed = .false.          !< the search for the water table has failed
+      character(len=:), allocatable :: failure   !< reason why the step has no steady flow
       logical, allocatable :: fixed(:)        !< [nodes] the pressure is prescribed
+      logical, allocatable :: is_open(:)      !< [nodes] open to the air: only outflow
+      real(wp), allocatable :: steady_flux(:)    !< [channels] m²/s
       real(wp), allocatable :: source(:)      !< [nodes] inflow Q, m²/s
       real(wp), allocatable :: conductance(:) !< [channels] effective conductance, m²/(Pa s)
       real(wp), allocatable :: predicted(:)       !< [nodes] p₁ at d = 0, Pa
@@ -91,8 +98,9 @@ contains
       self%pressure = flow%pressure
       self%empty_volume = (1.0_wp - flow%saturation)*self%network%volume
       self%vented = self%empty_volume > 0.0_wp
-      allocate (self%fixed(n), source=.false.)
-      allocate (self%source(n), self%inflow(n), self%flux(size(flow%channel)), source=0.0_wp)
+      allocate (self%fixed(n), self%is_open(n), source=.false.)
+      allocate (self%source(n), self%inflow(n), source=0.0_wp)
+      allocate (self%flux(size(flow%channel)), self%steady_flux(size(flow%channel)), source=0.0_wp)
       self%predicted = self%pressure
       self%residual = 0.0_wp*self%pressure
       self%end_pressure = self%pressure
@@ -140,60 +148,70 @@ contains
       self%step = step
       self%rounds = 0
       self%table_failed = .false.
+      if (allocated(self%failure)) deallocate (self%failure)
       self%vented = self%empty_volume > 0.0_wp
       call set_boundaries(self, merge(self%time, end_time(step), self%frozen))
       call set_assumed_terms(self)
    end subroutine prepare_step
 
    !> Set the conductances in the assumed states by the cubic law.
-   !> Outflow from a node with saturation s < 1 at the start of the step has the factor s²(3 − 2s).
+   !> Outflow from a node with saturation s < 1 at the start of the step has the factor s²(3 − 2s),
+   !> and an open node supplies at most its water.
    pure subroutine set_conductance(self)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
-      real(wp) :: saturation
+      real(wp) :: saturation, drop
+      logical :: is_airy(size(self%vented))
       integer :: c, from
 
       self%conductance = 0.0_wp
       if (stage_flow_state(self) /= flow_transient) return
       self%conductance = self%network%conductance
-      if (.not. any(self%vented)) return
+      is_airy = self%vented .or. self%is_open
+      if (.not. any(is_airy)) return
       do c = 1, size(self%conductance)
          associate (node => self%network%flow%channel(c)%node, head => self%pressure &
             + self%network%elevation)
             from = node(merge(1, 2, head(node(1)) > head(node(2)) .or. (head(node(1)) >= &
-               head(node(2)) .and. .not. self%vented(node(1)))))
+               head(node(2)) .and. .not. is_airy(node(1)))))
+            drop = abs(head(node(1)) - head(node(2)))
          end associate
-         if (.not. self%vented(from)) cycle
+         if (.not. is_airy(from)) cycle
          saturation = max(0.0_wp, 1.0_wp - self%empty_volume(from)/self%network%volume(from))
          self%conductance(c) = self%conductance(c)*saturation**2*(3.0_wp - 2.0_wp*saturation)
+         if (self%is_open(from)) self%conductance(c) = min(self%conductance(c), &
+            saturation*self%network%volume(from)/max(tiny(drop), self%step%time_step*drop))
       end do
    end subroutine set_conductance
 
    !> Set the pressures and inflows that the boundaries prescribe at a time.
+   !> A node above the level of its water is open to the air, unless other water covers it.
    pure subroutine set_boundaries(self, time)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       real(wp), intent(in) :: time  !< time, s
-      real(wp) :: value
+      real(wp) :: pressure
+      logical :: is_open
       integer :: b, i
 
       self%fixed = .false.
+      self%is_open = .false.
       self%source = 0.0_wp
       associate (flow => self%network%flow)
          do b = 1, size(flow%boundary)
-            value = value_at(flow%boundary(b), time)
             do i = 1, size(flow%boundary(b)%node)
                associate (node => flow%boundary(b)%node(i))
                   if (flow%boundary(b)%inflow) then
-                     self%source(node) = self%source(node) + value/size(flow%boundary(b)%node)
+                     self%source(node) = self%source(node) + value_at(flow%boundary(b), time) &
+                        /size(flow%boundary(b)%node)
                      cycle
                   end if
+                  call find_boundary_pressure(flow%boundary(b), time, &
+                     self%network%unit_weight(node), self%network%elevation(node), pressure, &
+                     is_open)
+                  is_open = is_open .or. self%is_dry(b)
+                  if (is_open .and. self%fixed(node)) cycle
                   self%fixed(node) = .true.
-                  self%predicted(node) = value
-                  if (flow%boundary(b)%head) self%predicted(node) = &
-                     self%network%unit_weight(node)*value - self%network%elevation(node)
-                  if (self%is_dry(b) .or. .not. acts_at(flow%boundary(b), time)) &
-                     self%predicted(node) = 0.0_wp
-                  if (flow%boundary(b)%dry_above) self%predicted(node) = max(0.0_wp, &
-                     self%predicted(node))
+                  self%is_open(node) = is_open
+                  self%predicted(node) = merge(0.0_wp, pressure, is_open)
                end associate
             end do
          end do
@@ -209,12 +227,11 @@ contains
       where (.not. self%fixed) self%predicted = merge(self%network%min_pressure, self%pressure, &
          self%vented)
       if (stage_flow_state(self) == flow_steady) then
-         self%conductance = self%network%conductance
          self%head = self%predicted + self%network%elevation
-         self%table_failed = .false.
+         self%steady_flux = 0.0_wp
          do g = 1, size(self%group)
-            call find_steady_heads(self%network, self%group(g), self%fixed, self%source, &
-               self%conductance, self%head, self%table_failed)
+            call find_steady_flow(self%network, self%group(g), self%is_open, self%source, &
+               self%fixed, self%head, self%steady_flux, self%table_failed, self%failure)
          end do
          where (.not. self%fixed) self%predicted = max(0.0_wp, self%head - self%network%elevation)
          return
@@ -258,8 +275,8 @@ contains
       real(wp), intent(in) :: pressure(:)  !< [nodes] Pa
       real(wp) :: outflow(size(pressure))
 
-      outflow = self%step%time_step*outflow_of(self%network, self%conductance, pressure &
-         + self%network%elevation)
+      outflow = self%step%time_step*net_outflow(self%network, fluxes_of(self%network, &
+         self%conductance, pressure + self%network%elevation))
    end function outflow_in_step
 
    !> Append the springs of enclosed water.
@@ -370,34 +387,32 @@ contains
    end subroutine revise_states
 
    !> Accept the step: update pressures, empty volumes and flow.
+   !> Air enters at an open node, and water in excess of its volume leaves.
    subroutine accept_step(self, blocks, step, d)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       real(wp) :: surplus(size(self%predicted))
-      integer :: c
 
       if (stage_flow_state(self) == flow_steady) then
-         surplus = outflow_of(self%network, self%conductance, self%head)
-         self%inflow = merge(surplus, self%source, self%fixed)
+         self%flux = self%steady_flux
+         self%inflow = merge(net_outflow(self%network, self%flux), self%source, self%fixed)
          where (self%end_pressure > 0.0_wp) self%empty_volume = 0.0_wp
       else
          self%head = self%end_pressure + self%network%elevation
+         self%flux = fluxes_of(self%network, self%conductance, self%head)
          self%inflow = self%source
          if (any(self%fixed .or. self%vented)) then
             surplus = node_surplus(self)
             where (self%fixed) self%inflow = self%source + surplus/step%time_step
-            self%empty_volume = merge(max(0.0_wp, self%empty_volume + surplus), 0.0_wp, self%vented)
+            surplus = self%empty_volume + surplus
+            where (self%is_open) self%inflow = self%source + min(0.0_wp, surplus)/step%time_step
+            self%empty_volume = merge(max(0.0_wp, surplus), 0.0_wp, self%vented .or. self%is_open)
          else
             self%empty_volume = 0.0_wp
          end if
       end if
-      do c = 1, size(self%flux)
-         associate (node => self%network%flow%channel(c)%node)
-            self%flux(c) = self%conductance(c)*(self%head(node(1)) - self%head(node(2)))
-         end associate
-      end do
       self%pressure = self%end_pressure
    end subroutine accept_step
 

@@ -26,6 +26,7 @@ module dda_input
    use dda_input_settings, only: read_control, read_output, read_stop, &
       check_output_times, require_analysis
    use dda_input_stages, only: read_stages
+   use dda_input_water_checks, only: check_water
    use dda_input_welds, only: check_bodies
    use dda_material, only: joint_type
    use dda_model, only: model_type, default_stiffness
@@ -105,6 +106,7 @@ contains
       if (.not. allocated(error)) call read_stages(model, groups, error)
       if (.not. allocated(error)) call read_ends(model, groups, error)
       if (.not. allocated(error)) call fit_materials(model, groups, error)
+      call check_water(model, groups, error)
       call check_rest(model, groups, error)
       call check_columns(model, groups, error)
       call check_bodies(model, error)

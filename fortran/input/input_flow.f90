@@ -60,6 +60,7 @@ contains
       if (size(model%flow%channel) == 0) call fail_input(error, groups(at(1)), &
          'no edge with one of these joints touches another edge along its length')
       call limit_nodes(model%flow, groups(at(1)), error)
+      model%flow%origin = model%origin
       call set_first_state(model%flow, input, model%origin(2))
       do i = 1, size(boundary)
          call read_boundary(model, groups(boundary(i)), error)
@@ -146,6 +147,8 @@ contains
          input%opening_factor, input%viscosity, input%bulk_modulus, input%unit_weight, &
          input%cavitation_pressure)
       associate (law => model%flow%law(i))
+         if (input%pressure < law%cavitation) call fail_input(error, group, 'pressure = '// &
+            to_text(input%pressure)//' is below cavitation_pressure = '//to_text(law%cavitation))
          if (law%min_aperture > law%aperture .or. law%max_aperture < &
             law%aperture) call fail_input(error, group, 'aperture = '// &
             to_text(law%aperture)//' is not between residual_aperture = '// &
@@ -291,6 +294,7 @@ contains
                if (is_set(values%head)) flow%pressure(node) = max(0.0_wp, &
                   values%unit_weight*(values%head - origin - flow%position(2, node)))
                flow%saturation(node) = values%saturation
+               if (values%saturation < 1.0_wp) flow%pressure(node) = 0.0_wp
             end do
          end associate
       end do
@@ -317,7 +321,6 @@ contains
          'no node of a joint with water lies at this side or line')
       new%inflow = given(group, 'inflow')
       new%head = given(group, 'head')
-      new%dry_above = new%head
       call set_times(error, group, input%time, new%time)
       call set_values(error, group, '`head`, `pressure` or `inflow`', [input%head &
          - model%origin(2), input%pressure, input%inflow], new%time, new%value)
@@ -427,7 +430,8 @@ contains
          if (.not. is_on(water%ends(:, :, k), node_position, &
             4*touching*model%blocks%half_size)) return
          do b = 1, size(model%flow%boundary)
-            if (any(model%flow%boundary(b)%node == node)) return  ! the first boundary applies
+            if (model%flow%boundary(b)%load /= load) cycle
+            if (any(model%flow%boundary(b)%node == node)) return  ! by another part of the load
          end do
          head = 0.0_wp
          if (water%kind == load_surface) then
@@ -442,7 +446,7 @@ contains
                water%at_ends(1, k)) *dot_product(node_position - water%ends(:, 1, k), &
                face)/dot_product(face, face)) /water%unit_weight
          end if
-         new = flow_boundary_type(node=[node], head=.true., dry_above=.true., load=load, &
+         new = flow_boundary_type(node=[node], head=.true., load=load, &
             acts_always=water%acts_always, time=water%time, value=head + water%level)
       end associate
       model%flow%boundary = [model%flow%boundary, new]

@@ -10,13 +10,16 @@ module dda_flow
    implicit none
    private
    public :: flow_type, flow_law_type, flow_boundary_type, channel_type, value_at, acts_at, &
-      connected_nodes, flow_states, flow_steady, flow_transient, flow_undrained
+      find_boundary_pressure, connected_nodes, flow_states, flow_steady, flow_transient, &
+      flow_undrained
 
    integer, parameter :: flow_steady = 1     !< pressures are in equilibrium with the boundaries
    integer, parameter :: flow_transient = 2  !< water is stored and flows
    integer, parameter :: flow_undrained = 3  !< water is stored but does not flow
    character(len=*), parameter :: flow_states(3) = [character(len=9) :: 'steady', 'transient', &
       'undrained']
+
+   real(wp), parameter :: rounding = 1.0e-12_wp  !< rounding of potentials
 
    !> Apertures and fluid of the joints of a group &flow.
    type :: flow_law_type
@@ -44,10 +47,9 @@ module dda_flow
    type :: flow_boundary_type
       integer, allocatable :: node(:)       !< nodes on which the boundary acts
       logical :: inflow = .false.           !< values are inflows; .false.: pressures at y = 0
-      logical :: head = .false.  !< values are heads, with hydrostatic pressure below
-      logical :: dry_above = .false.        !< nodes above the level are open to the air: p = 0
-      integer :: load = 0                   !< load on faces; p = 0 unless it acts; 0: none
-      logical :: acts_always = .true.             !< constant outside the times; .false.: p = 0
+      logical :: head = .false.  !< values are heads; nodes above them are open to the air
+      integer :: load = 0                   !< load on faces, which may end; 0: none
+      logical :: acts_always = .true.       !< constant outside the times; .false.: does not act
       real(wp), allocatable :: time(:)      !< s
       real(wp), allocatable :: value(:)     !< [times] m, Pa, or total m²/s of all nodes
    end type flow_boundary_type
@@ -57,6 +59,7 @@ module dda_flow
       type(flow_law_type), allocatable :: law(:)
       type(channel_type), allocatable :: channel(:)
       type(flow_boundary_type), allocatable :: boundary(:)
+      real(wp) :: origin(2) = 0.0_wp           !< m, of the positions
       real(wp), allocatable :: position(:,:)      !< [2,nodes] initial positions, m
       real(wp), allocatable :: pressure(:)     !< [nodes] pressure at the start, Pa
       real(wp), allocatable :: saturation(:)   !< [nodes] saturation at the start, 0 … 1
@@ -86,6 +89,27 @@ contains
       acts_at = boundary%acts_always .or. (time >= boundary%time(1) .and. &
          time <= boundary%time(size(boundary%time)))
    end function acts_at
+
+   !> Find the pressure that a boundary with heads or pressures prescribes at a node.
+   !> A node is open to the air, with p = 0, above a head and where no load acts.
+   pure subroutine find_boundary_pressure(boundary, time, unit_weight, elevation, pressure, is_open)
+      type(flow_boundary_type), intent(in) :: boundary  !< boundary with its times
+      real(wp), intent(in) :: time                      !< time, s
+      real(wp), intent(in) :: unit_weight, elevation    !< N/m³; unit weight times height, Pa
+      real(wp), intent(out) :: pressure                 !< Pa
+      logical, intent(out) :: is_open                   !< open to the air
+      real(wp) :: potential
+
+      is_open = .not. acts_at(boundary, time)
+      pressure = value_at(boundary, time)
+      if (boundary%head) then
+         potential = unit_weight*pressure
+         pressure = potential - elevation
+         if (pressure < -rounding*(abs(potential) + abs(elevation))) is_open = .true.
+         pressure = max(0.0_wp, pressure)
+      end if
+      if (is_open) pressure = 0.0_wp
+   end subroutine find_boundary_pressure
 
    !> Value of a boundary at a time: linear between its times, constant beyond them.
    pure real(wp) function value_at(boundary, time)

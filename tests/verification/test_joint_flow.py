@@ -90,6 +90,52 @@ def test_apertures_in_series():
     assert hydraulic_aperture == pytest.approx(1.28165e-4, rel=1e-5)
 
 
+@pytest.mark.parametrize("apertures", [(1e-4, 0.05), (1e-6, 0.1), (1e-7, 0.05), (1e-9, 0.05)])
+@pytest.mark.parametrize("fine_is_inside", [False, True])
+def test_series_of_very_different_apertures(apertures, fine_is_inside):
+    """The flow is that of the series, up to a ratio of conductances of 1e23, and it balances."""
+    inner, outer = ("fine", "coarse") if fine_is_inside else ("coarse", "fine")
+    model = rigid(7.0, (2.0, outer), (3.0, inner), (2.0, outer))
+    for name, aperture in zip(("fine", "coarse"), apertures, strict=True):
+        model.joint(name, friction_angle=0.0)
+        steady = {"state": "steady"} if name == "fine" else {}
+        model.flow(joints=name, aperture=aperture, opening_factor=0.0, **steady)
+    model.flow_boundary(side="left", head=15.0)
+    model.flow_boundary(side="right", head=10.0)
+    data = data_of(model)
+    of = dict(zip(("fine", "coarse"), apertures, strict=True))
+    exact = 9810 * 5 / (12 * VISCOSITY) / (4 / of[outer] ** 3 + 3 / of[inner] ** 3)
+    inflow = data.flow_inflow.values[-1]
+    assert (inflow.max(), inflow.min()) == pytest.approx((exact, -exact), rel=1e-6)
+    assert abs(inflow.sum()) < 1e-8 * exact
+
+
+def test_parallel_joints_with_different_apertures_and_bypass():
+    """A coarse loop hangs on fine joints: its heads differ by 1e-15, and flow still balances."""
+    model = started(0.01, steps=2)
+    for name, aperture in (("joint", 1e-7), ("wide", 0.05)):
+        if name == "wide":
+            model.joint(name, friction_angle=0.0)
+        steady = {"state": "steady"} if name == "joint" else {}
+        model.flow(joints=name, aperture=aperture, opening_factor=0.0, **steady)
+    for i in range(3):
+        box(model, f"low{i}", 2 * i, -1, 2 * i + 2, 0, joint="wide" if i == 1 else "joint")
+    box(model, "left", 0, 0, 2, 1)
+    box(model, "middle", 2, 0, 4, 1, joint="wide")
+    box(model, "right", 4, 0, 6, 1)
+    box(model, "top", 0, 1, 6, 2, joint="wide")
+    model.flow_boundary(along=[0, -0.1, 0, 0.1], head=5.0)
+    model.flow_boundary(along=[6, -0.1, 6, 0.1], head=3.0)
+    data = data_of(model)
+    exact = 9810 * 2 / (12 * VISCOSITY) / (2 * 2 / 1e-7**3)
+    inflow, flux = data.flow_inflow.values[-1], data.flow_flux.values[-1]
+    assert (inflow.max(), inflow.min()) == pytest.approx((exact, -exact), rel=1e-6)
+    surplus = inflow.copy()
+    np.subtract.at(surplus, data.flow_channel_node.values[:, 0], flux)
+    np.add.at(surplus, data.flow_channel_node.values[:, 1], flux)
+    assert abs(surplus).max() < 1e-9 * exact
+
+
 @pytest.mark.parametrize("layers", [1, 4])
 def test_undrained_share_of_a_load(layers):
     """The ratio is that of Skempton, also in each joint of a column."""
@@ -309,6 +355,187 @@ def test_invalid_input_of_flow_is_refused(changes, message):
     model.flow(aperture=1e-4)
     with pytest.raises(InputError, match=message):
         sitedda.Simulation(sitedda.Model.from_namelist(model.to_namelist() + changes + "\n"))
+
+
+@pytest.mark.parametrize(
+    ("groups", "message"),
+    [
+        ("&flow_boundary side = 'right', inflow = 1e-5 /", "needs a head or pressure at another"),
+        (
+            "&flow_boundary side = 'left', head = 5 /\n&flow_boundary side = 'left', head = 9 /",
+            r"&flow_boundary .line 1\d.: the node at \(0, 0\) has the pressure 88290 Pa, but 49050",
+        ),
+        (
+            "&flow_boundary side = 'left', head = 5, 6, time = 0, 1 /\n"
+            "&flow_boundary side = 'left', head = 5, 5, time = 0, 1 /",
+            "pressure 49050 Pa, but 58860",
+        ),
+        (
+            "&flow_boundary side = 'left', head = 5 /\n&traction side = 'left', level = 4 /",
+            "&traction .*pressure 39240 Pa, but 49050",
+        ),
+        (
+            "&flow_boundary side = 'left', head = 5 /\n&flow_boundary side = 'left', inflow = 1 /",
+            "an inflow at .* cannot be prescribed",
+        ),
+        ("&traction side = 'left', level = 4, unit_weight = 13000 /", "13000 differs from 9810"),
+        ("&flow_boundary side = 'left', pressure = -5e6 /", "below the least pressure"),
+    ],
+)
+def test_contradictions_of_water_are_refused(groups, message):
+    model = rigid(4.0)
+    model.flow(aperture=1e-4, state="steady")
+    with pytest.raises(InputError, match=message):
+        sitedda.Simulation(sitedda.Model.from_namelist(model.to_namelist() + groups + "\n"))
+
+
+def test_equal_and_dry_boundaries_do_not_contradict():
+    """Two groups with one head, and an inflow at a node above a head."""
+    model = rigid(4.0)
+    model.flow(aperture=1e-4, state="steady")
+    model.flow_boundary(side="left", head=5.0)
+    model.traction(side="left", level=5.0)
+    model.flow_boundary(side="right", head=-1.0)
+    model.flow_boundary(side="right", inflow=1e-9)
+    assert sitedda.run(model).complete
+
+
+def test_two_fluids_in_connected_joints_are_refused():
+    model = started(0.01, steps=2)
+    model.joint("upright", friction_angle=0.0)
+    box(model, "low", 0, 0, 2, 5)
+    box(model, "high", 0, 5, 2, 10, joint="upright")
+    box(model, "right", 2, 0, 4, 10)
+    model.flow(joints="joint", aperture=3e-4)
+    model.flow(joints="upright", aperture=3e-4, unit_weight=2e4)
+    with pytest.raises(InputError, match="20000 differs from 9810 of connected joints"):
+        sitedda.Simulation(model)
+
+
+@pytest.mark.parametrize("state", [{"pressure": -5e6}, {"state_at_rest": "transient"}])
+def test_impossible_states_of_water_are_refused(state):
+    """A pressure below that of vapour; flow in time while time does not advance."""
+    model = rigid(4.0)
+    model.flow(aperture=1e-4, **state)
+    with pytest.raises(InputError, match=next(iter(state))):
+        sitedda.Simulation(model)
+
+
+@pytest.mark.parametrize("fraction", [0.99, 1.01])
+def test_a_well_yields_at_most_the_flow_to_it(fraction):
+    """Without suction 2 m of head over 4 m drive γ a³/(12 μ)/2."""
+    model = rigid(4.0)
+    model.flow(state="steady", **CONSTANT)
+    model.flow_boundary(side="left", head=2.0)
+    most = APERTURE**3 * 9810 / (12 * VISCOSITY) / 2
+    model.flow_boundary(side="right", inflow=-fraction * most)
+    if fraction > 1:
+        with pytest.raises(InputError, match=r"prescribed at \(4, 0\) exceeds what flows"):
+            sitedda.run(model)
+    else:
+        assert at(data_of(model), 4.0)[-1] == pytest.approx(0.01 * 2 * 9810, rel=1e-6)
+
+
+def test_an_inflow_without_outlet_after_an_excavation_is_refused():
+    model = started(0.01)
+    box(model, "low", 0, -1, 4, 0)
+    for i in range(2):
+        box(model, f"top{i}", 2 * i, 0, 2 * i + 2, 1)
+    model.flow(**CONSTANT)
+    model.flow_boundary(along=[0, -0.1, 0, 0.1], inflow=1e-6)
+    model.flow_boundary(side="right", head=1.0)
+    model.stage("before", kind="static")
+    model.stage("dug", kind="static", remove="top1")
+    with pytest.raises(InputError, match=r"'dug' .* none acts beside \(0, 0\)"):
+        sitedda.run(model)
+
+
+def upstream_face(state: str, level, time=()) -> sitedda.Model:
+    """Joints at 2, 6 and 9 m reach a face under water, and a crack behind it; a drain at 2 m."""
+    model = started(0.01, steps=20)
+    heights = (0, 2, 6, 9, 12)
+    for i in range(4):
+        box(model, f"a{i}", 0, heights[i], 3, heights[i + 1])
+    box(model, "r0", 3, 0, 5, 2)
+    box(model, "r1", 3, 2, 5, 12)
+    model.flow(aperture=3e-4, opening_factor=0.0, state=state)
+    model.traction(side="left", level=level, **({"time": time} if time else {}))
+    model.flow_boundary(side="right", head=2.0)
+    return model
+
+
+@pytest.mark.parametrize("state", ["steady", "transient"])
+def test_no_water_enters_from_the_air(state):
+    """Only the submerged joint supplies water: head 4 to 2 m over 5 m."""
+    data = data_of(upstream_face(state, 4.0))
+    conductivity = 3e-4**3 * 9810 / (12 * VISCOSITY)
+    inflow = data.flow_inflow.values[-1]
+    height = data.flow_node_place.values[:, 1]
+    if state == "steady":
+        assert inflow.max() == pytest.approx(0.4 * conductivity, rel=1e-6)
+        assert inflow.min() == pytest.approx(-0.4 * conductivity, rel=1e-6)
+        assert at(data, 3.0, 2.0)[-1] == pytest.approx(0.8 * 9810, rel=1e-6)
+    assert (inflow[height > 4] <= 0).all()
+
+
+def test_a_face_seeps_after_a_drawdown():
+    """Steady flow from 11 m at the crack to a face that is dry above 3 m: the joint discharges."""
+    model = upstream_face("steady", [11.0, 3.0, 3.0], [0.0, 0.1, 1.0])
+    model.flow_boundary(along=[3, 11.9, 3, 12.1], pressure=5e4)
+    data = data_of(model)
+    inflow, place = data.flow_inflow.values[-1], data.flow_node_place.values
+    node = np.argmin(abs(place - (0, 9)).sum(1))
+    # From the crack at 12 m, φ = 17.1 m: 3 m down to the joint at 9 m, which leads 3 m to the air.
+    assert inflow[node] < 0 and at(data, 0.0, 9.0)[-1] == 0
+    assert (inflow[(place[:, 0] == 0) & (place[:, 1] > 3)] <= 0).all()
+    assert abs(inflow.sum()) < 1e-12 * inflow.max()
+
+
+@pytest.mark.parametrize("level", [-50.0, 0.5])
+def test_air_does_not_fill_joints(level):
+    """A joint that is full to its lowest outlet stays full; nothing flows."""
+    model = started(0.01, steps=2)
+    box(model, "a", 0, 0, 2, 3)
+    box(model, "b", 0, 3, 2, 8)
+    box(model, "c", 2, 0, 4, 1)
+    box(model, "d", 2, 1, 4, 8)
+    model.flow(aperture=3e-4, opening_factor=0.0, state="steady")
+    for side in ("left", "right"):
+        model.flow_boundary(side=side, head=level)
+    data = data_of(model)
+    assert abs(data.flow_inflow.values).max() < 1e-12
+    head = np.maximum(0.0, 1.0 - data.flow_node_place.values[:, 1])
+    assert data.flow_pressure.values[-1] == pytest.approx(9810 * head, abs=1e-6)
+
+
+def test_a_dry_joint_open_at_its_top_stays_dry():
+    model = started(1.0, steps=60, integration="backward_euler")
+    box(model, "a", 0, 0, 2, 8)
+    box(model, "b", 2, 0, 4, 8)
+    model.flow(aperture=3e-4, opening_factor=0.0, state="transient", saturation=0.0,
+               channel_length=0.5)  # fmt: skip
+    model.flow_boundary(side="top", head=0.0)
+    data = data_of(model)
+    assert abs(data.flow_inflow.values).max() == 0.0
+    assert abs(data.flow_saturation.values[-1]).max() == 0.0
+
+
+def test_a_joint_drains_only_its_own_water():
+    """A full joint dips to a drain; air enters at its open top, and its volume flows out."""
+    model = started(0.02, steps=500, integration="backward_euler")
+    box(model, "a", 0, 0, 2, 8)
+    box(model, "b", 2, 0, 4, 8)
+    model.flow(state="transient", channel_length=0.25, cavitation_pressure=0.0, **CONSTANT)
+    model.flow_boundary(side="top", head=-1.0)
+    model.flow_boundary(along=[1.9, 0, 2.1, 0], pressure=0.0)
+    data = data_of(model)
+    drained = -0.02 * np.cumsum(data.flow_inflow.values[1:].sum(1))
+    volume = 8 * APERTURE
+    stored = data.flow_saturation.values @ np.where(
+        abs(data.flow_node_place.values[:, 1] - 4) < 3.99, 0.25, 0.125) * APERTURE  # fmt: skip
+    assert (data.flow_inflow.values[:, data.flow_node_place.values[:, 1] == 8] <= 0).all()
+    assert drained + stored[1:] == pytest.approx(volume, rel=0.02)
+    assert drained[-1] > 0.5 * volume
 
 
 def test_a_resumed_run_is_bit_identical(tmp_path):

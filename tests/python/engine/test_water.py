@@ -137,6 +137,11 @@ def test_tractions_that_follow_turn_with_the_block(follows):
         ("water", {"along": (0, 0, 2, 0)}, "along needs head or pressure"),
         ("water", {"along": (0, 0, 2, 0), "head": (1, 1, 1)}, "as many values as `along`"),
         ("water", {}, "give surface or along"),
+        (
+            "water",
+            {"along": (0, 0, 2, 0), "pressure": (1, 1), "time": (0, 1), "scale": (-1, 1)},
+            "scale",
+        ),
         ("water", {"surface": (0, 1, 2, 1), "joints": "clay"}, "joints: nothing is named 'clay'"),
         ("traction", {"side": "left"}, "give normal or shear or level"),
         (
