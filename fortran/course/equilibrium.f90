@@ -38,8 +38,8 @@ module dda_equilibrium
    use dda_energy, only: energy_type, add_energy, energy_kinetic, energy_kinetic_damping, &
       energy_algorithmic, energy_strain
    use dda_energy_budget, only: strain_energy
-   use dda_errors, only: error_type, error_convergence, error_interrupted, error_memory, &
-      error_solver, fail
+   use dda_errors, only: error_type, error_convergence, error_input, error_interrupted, &
+      error_memory, error_solver, fail
    use dda_falling, only: find_falling
    use dda_kinematics, only: damp_velocity, largest_displacement
    use dda_matrix_pattern, only: assemble_step, fit_pattern
@@ -108,6 +108,8 @@ module dda_equilibrium
    real(wp), parameter :: min_step_ratio = 1.0e-5_wp     !< smallest Δt/first Δt
    !> largest total displacement in a search for equilibrium/half the model size
    real(wp), parameter :: max_fall = 1.0_wp
+   !> errors that another search would meet also
+   integer, parameter :: final_errors(3) = [error_interrupted, error_memory, error_input]
 
 contains
 
@@ -141,8 +143,7 @@ contains
       call write_outcome(simulation, equilibrium, failure)
       if (.not. equilibrium%at_rest) call fail(error, error_convergence, equilibrium%text)
       if (allocated(failure)) then
-         if (failure%kind == error_interrupted .or. failure%kind == error_memory) &
-            call move_alloc(failure, error)
+         if (any(failure%kind == final_errors)) call move_alloc(failure, error)
       end if
       simulation%in_statics = .false.
       simulation%iteration%may_stop = .false.
@@ -206,8 +207,7 @@ contains
 
       is_decided = equilibrium%at_rest .or. equilibrium%falling > 0 &
          .or. equilibrium%distance > 0.0_wp
-      if (allocated(error)) is_decided = is_decided .or. error%kind == error_interrupted .or. &
-         error%kind == error_memory
+      if (allocated(error)) is_decided = is_decided .or. any(error%kind == final_errors)
    end function is_decided
 
    !> Remove the stresses of Maxwell branches; their energy is dissipated.
