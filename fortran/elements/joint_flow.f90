@@ -48,6 +48,9 @@ module dda_joint_flow
    !> rounds in which all nodes may change state; later one node per round, which ends (Murty 1974)
    integer, parameter :: free_rounds = 15
    real(wp), parameter :: rounding = 1.0e-12_wp !< rounding of pressures and volumes
+   !> first and least fraction of a change of pressure by a given inflow, and factors of it
+   real(wp), parameter :: first_relaxation = 0.1_wp, least_relaxation = 0.01_wp
+   real(wp), parameter :: faster = 1.2_wp, slower = 0.5_wp
 
    !> Water of a model and its state.
    type, extends(element_type) :: joint_flow_type
@@ -75,6 +78,8 @@ module dda_joint_flow
       real(wp), allocatable :: end_pressure(:)       !< [nodes] p₁ of the last solution, Pa
       real(wp), allocatable :: growth(:)  !< [nodes] volume increase Bᵀd of the last solution, m³/m
       ! Variables of the last accepted step
+      real(wp), allocatable :: change(:)      !< [nodes] steady minus former pressure, Pa
+      real(wp), allocatable :: relaxation(:)  !< [groups] fraction of this change in the next step
       real(wp), allocatable :: inflow(:)      !< [nodes] inflow from outside, m²/s
       real(wp), allocatable :: flux(:)  !< [channels] flux from the first node to the second, m²/s
    contains
@@ -126,6 +131,8 @@ contains
       self%network%flows = stage_flow_state(self) /= flow_undrained
       self%packs = .not. (self%network%flows .or. self%frozen)  ! statics read the list
       call set_groups(self%network, self%group)
+      self%change = 0.0_wp*self%pressure
+      self%relaxation = spread(first_relaxation, 1, size(self%group))
       if (stage_flow_state(self) /= flow_steady) call set_springs(self%network, &
          self%conductance, self%fixed .or. self%vented, self%group)
    end subroutine begin_state
@@ -233,7 +240,8 @@ contains
             call find_steady_flow(self%network, self%group(g), self%is_open, self%source, &
                self%fixed, self%head, self%steady_flux, self%table_failed, self%failure)
          end do
-         where (.not. self%fixed) self%predicted = max(0.0_wp, self%head - self%network%elevation)
+         self%predicted = steady_pressures(self)
+         call relax_changes(self)
          return
       end if
       call set_conductance(self)
@@ -244,6 +252,49 @@ contains
       self%residual = merge(0.0_wp, self%residual - self%empty_volume, self%fixed .or. self%vented)
       call add_changes(self%network, self%group, self%residual, self%predicted)
    end subroutine set_assumed_terms
+
+   !> Return the pressures of steady flow through the present apertures, Pa.
+   pure function steady_pressures(self) result(pressure)
+      class(joint_flow_type), intent(in) :: self  !< elements of this kind
+      real(wp) :: pressure(size(self%head))
+
+      pressure = merge(self%predicted, max(0.0_wp, self%head - self%network%elevation), self%fixed)
+   end function steady_pressures
+
+   !> Take only a fraction of the change to the steady pressures where an inflow is prescribed.
+   !>
+   !> Such a pressure is proportional to the inverse cube of apertures, which it widens, so that
+   !> whole changes may grow from step to step.
+   pure subroutine relax_changes(self)
+      class(joint_flow_type), intent(inout) :: self  !< elements of this kind
+      integer :: g
+
+      if (.not. any(abs(self%source) > 0.0_wp)) return
+      do g = 1, size(self%group)
+         associate (node => self%group(g)%node)
+            if (.not. any(abs(self%source(node)) > 0.0_wp)) cycle
+            where (.not. self%fixed(node)) self%predicted(node) = self%pressure(node) &
+               + self%relaxation(g)*(self%predicted(node) - self%pressure(node))
+         end associate
+      end do
+   end subroutine relax_changes
+
+   !> Revise the relaxation of each group: slower if the change of its pressures reverses.
+   pure subroutine revise_relaxation(self)
+      class(joint_flow_type), intent(inout) :: self  !< elements of this kind
+      real(wp) :: change(size(self%head))
+      integer :: g
+
+      if (.not. any(abs(self%source) > 0.0_wp)) return
+      change = merge(0.0_wp, steady_pressures(self) - self%pressure, self%fixed)
+      do g = 1, size(self%group)
+         associate (node => self%group(g)%node, fraction => self%relaxation(g))
+            fraction = merge(max(least_relaxation, slower*fraction), min(1.0_wp, faster*fraction), &
+               dot_product(change(node), self%change(node)) < 0.0_wp)
+         end associate
+      end do
+      self%change = change
+   end subroutine revise_relaxation
 
    !> Find the increase of volumes and the pressures at the end of a step with increment d.
    pure subroutine find_pressures(self, d)
@@ -396,6 +447,7 @@ contains
       real(wp) :: surplus(size(self%predicted))
 
       if (stage_flow_state(self) == flow_steady) then
+         call revise_relaxation(self)
          self%flux = self%steady_flux
          self%inflow = merge(net_outflow(self%network, self%flux), self%source, self%fixed)
          where (self%end_pressure > 0.0_wp) self%empty_volume = 0.0_wp
@@ -453,6 +505,8 @@ contains
       call archive_values(archive, self%empty_volume)
       call archive_values(archive, self%inflow)
       call archive_values(archive, self%flux)
+      call archive_values(archive, self%change)
+      call archive_values(archive, self%relaxation)
    end subroutine serialise
 
    !> Return the values of each node in the output: pressure, saturation, inflow.

@@ -38,7 +38,7 @@ module dda_checkpoint
       ', checkpoints with springs of contacts, crossings, joint laws, bolts, impacts, '// &
       'free fields, motions of boundaries, mean velocities, kept variables of contacts first, '// &
       'maxima, broken faces, doubts as records, mean stresses, couplings of factors, '// &
-      'gradients of contacts, rows by schema, water in joints and its tables, '// &
+      'gradients of contacts, rows by schema, water in joints and its relaxation, '// &
       'contractions and uses of factors, rows of gaps and slips'
 
    !> The checkpoints of an output.
