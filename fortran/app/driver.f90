@@ -11,7 +11,7 @@ module dda_driver
    use dda_messages, only: say, warn, progress_type, start_progress, show_progress
    use dda_model, only: model_type
    use dda_model_description, only: model_description
-   use dda_model_notes, only: model_notes
+   use dda_model_notes, only: add_notes_to_error, model_notes
    use dda_output_place, only: partial
    use dda_run, only: run_type, begin_run, resume_run, continue_run, end_run, is_done
    use dda_run_verdict, only: run_verdict_type, new_verdict, judge_movement
@@ -66,6 +66,7 @@ contains
       call add_notes(report, model_notes(model))
       call begin_simulation(simulation, model, error)
       if (.not. allocated(error)) call check_simulation(simulation, report, error)
+      call add_notes_to_error(error, model_notes(model))
       if (allocated(error)) return
       text = report_text(report)
       call say(text(:len(text) - 1))

@@ -57,7 +57,7 @@ contains
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
       type(boundary_type), allocatable :: boundaries(:)
-      real(wp), allocatable :: x(:)
+      real(wp), allocatable :: at(:,:)
       integer :: i
 
       associate (model => simulation%model, blocks => simulation%blocks)
@@ -65,9 +65,9 @@ contains
             size(model%free_fields))]
          if (size(boundaries) == 0) return
          call check_dashpots(blocks, boundaries, linear, report)
-         x = model%blocks%position(1, blocks%owner) + blocks%reference(1, :)
-         if (size(model%boundaries) > 0) call check_sides(model, x, report)
-         if (report%band%has_energy) call check_free_fields(model, x, report)
+         at = model%blocks%position(1:2, blocks%owner) + blocks%reference
+         if (size(model%boundaries) > 0) call check_sides(model, at, report)
+         if (report%band%has_energy) call check_free_fields(model, at(1, :), report)
       end associate
    end subroutine check_boundaries
 
@@ -144,9 +144,9 @@ contains
    end function scheme_reflection
 
    !> Warn if waves from free or viscous sides reach the middle of the model during the motion.
-   subroutine check_sides(model, x, report)
+   subroutine check_sides(model, at, report)
       type(model_type), intent(in) :: model  !< model as read from the input
-      real(wp), intent(in) :: x(:)           !< [vertices] positions at the start, m
+      real(wp), intent(in) :: at(:,:)        !< [2,vertices] positions at the start, m
       type(report_type), intent(inout) :: report  !< check report
       real(wp) :: width, arrival, duration
       integer :: i
@@ -155,10 +155,10 @@ contains
       sides_tied = size(model%ties) > 0
       if (.not. sides_tied) sides_tied = any(is_shifted(model%welds))
       if (sides_tied .or. size(model%free_fields) == size(side_names)) return
-      if (all([(is_side_fixed(model, x, side_names(i)), i=1, size(side_names))])) return
+      if (all([(is_side_fixed(model, at, side_names(i)), i=1, size(side_names))])) return
       duration = maxval([0.0_wp, (model%motions(i)%curve%duration, i=1, size(model%motions))])
       if (.not. duration > 0.0_wp) return
-      width = maxval(x) - minval(x)
+      width = maxval(at(1, :)) - minval(at(1, :))
       arrival = 0.5_wp*width/report%speed(2)
       arrives_late = arrival >= duration
       call add_check(report, arrives_late, 'sides', 'free or viscous '// &
@@ -184,21 +184,25 @@ contains
          //' %', 'long-wave estimate', 'more level ground before the sides')
    end subroutine check_free_fields
 
-   !> .true. if a side has fixed points or a free field.
-   logical function is_side_fixed(model, x, side)
+   !> .true. if a side has a free field, or a fixed point in its upper half.  Points at its foot fix
+   !> only the base.
+   logical function is_side_fixed(model, at, side)
       type(model_type), intent(in) :: model  !< model as read from the input
-      real(wp), intent(in) :: x(:)           !< [vertices] positions at the start, m
+      real(wp), intent(in) :: at(:,:)        !< [2,vertices] positions at the start, m
       character(len=*), intent(in) :: side   !< 'left' or 'right'
-      real(wp) :: line, tolerance
+      real(wp) :: line, middle, tolerance
+      logical :: on_side(size(at, 2))
       integer :: i
 
       is_side_fixed = any([(model%free_fields(i)%side == side, i=1, size(model%free_fields))])
       tolerance = touching_gap*model%blocks%half_size
-      line = merge(minval(x), maxval(x), side == 'left')
+      line = merge(minval(at(1, :)), maxval(at(1, :)), side == 'left')
+      on_side = abs(at(1, :) - line) <= tolerance
+      middle = 0.5_wp*(minval(at(2, :), on_side) + maxval(at(2, :), on_side))
       do i = 1, size(model%fixed_points)
          associate (point => model%fixed_points(i))
-            if (abs(point%position(1) - line) <= tolerance .and. any(point%fixed_along)) &
-               is_side_fixed = .true.
+            if (abs(point%position(1) - line) <= tolerance .and. point%position(2) > middle .and. &
+               any(point%fixed_along)) is_side_fixed = .true.
          end associate
       end do
    end function is_side_fixed

@@ -38,7 +38,7 @@ module dda_linear_model
    private
    public :: linear_model_type, normal_slope, energy_distribution_type, linearise, set_penalty, &
       block_label, term_label, energy_of, stiffness_weights, set_moduli_at, unrelaxed, &
-      is_dispersive, law_fractions
+      is_dispersive, law_fractions, scheme_of_mode
    public :: strain_energy, energy_kinds, kind_names
 
    integer, parameter :: strain_energy = term_kinds + 1  !< kind of energy of strains
@@ -91,6 +91,7 @@ module dda_linear_model
       !> fractions of the energy, sum 1 (0 without energy)
       real(wp) :: fraction(energy_kinds) = 0.0_wp
       real(wp) :: of_penalty = 0.0_wp             !< fraction in springs proportional to k_n
+      real(wp) :: at_end = 0.0_wp                 !< fraction in springs at the end of the step
       !> number of the term (for strains, block) with the largest energy of each kind
       integer :: largest_term(energy_kinds) = 0
       !> fraction of the total energy in this term
@@ -451,6 +452,7 @@ contains
             term_energy = stiffness_weights(term%instant)*term%coefficient*stretch_of(term, x)**2
             call add_term_energy(energy, term%kind, i, term_energy)
             if (term%of_penalty) energy%of_penalty = energy%of_penalty + term_energy
+            if (term%instant == at_end) energy%at_end = energy%at_end + term_energy
          end associate
       end do
       do i = 1, linear%n
@@ -461,8 +463,18 @@ contains
       if (energy%total <= tiny(1.0_wp)) return
       energy%fraction = energy%fraction/energy%total
       energy%of_penalty = energy%of_penalty/energy%total
+      energy%at_end = energy%at_end/energy%total
       energy%largest_fraction = energy%largest_fraction/energy%total
    end function energy_of
+
+   !> Scheme of a mode: θ is the mean of the instants of its springs, weighted by their energies.
+   pure type(scheme_type) function scheme_of_mode(linear, energy) result(scheme)
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(energy_distribution_type), intent(in) :: energy  !< energies of the mode
+
+      scheme = linear%scheme
+      scheme%theta = scheme%theta + (1.0_wp - scheme%theta)*energy%at_end
+   end function scheme_of_mode
 
    !> Add energy to a kind of terms; record its term or block with the most energy.
    pure subroutine add_term_energy(energy, kind, largest_term, term_energy)

@@ -3,9 +3,10 @@
 module dda_model_notes
    use dda_kinds, only: wp, pi
    use dda_blocks, only: smaller_side
+   use dda_errors, only: error_type, error_interrupted
    use dda_linear_terms, only: linear_terms_type
    use dda_magnitudes, only: magnitude_notes, note_length
-   use dda_model, only: model_type, block_label
+   use dda_model, only: model_type, block_label, default_stiffness
    use dda_overburden, only: overburden_type, find_grounded, find_overburden, find_supported
    use dda_repeated_names, only: find_repeated
    use dda_text, only: quoted, short_text, to_text
@@ -13,7 +14,7 @@ module dda_model_notes
    use dda_scheme, only: scheme_named, scheme_type
    implicit none
    private
-   public :: model_notes, note_length
+   public :: model_notes, note_length, add_notes_to_error
 
    !> smallest plausible density, kg/m³: below geofoam, above values in g/cm³
    real(wp), parameter :: min_density = 10.0_wp
@@ -37,6 +38,7 @@ contains
 
       allocate (notes(0))
       call note_densities(model, notes)
+      call note_stiffest(model, notes)
       call note_angles(model, notes)
       call note_durations(model, notes)
       call note_names(model, notes)
@@ -52,6 +54,40 @@ contains
       if (allocated(model%flow)) call note_flow(model, notes)
       notes = [character(len=note_length) :: notes, magnitude_notes(model)]
    end function model_notes
+
+   !> Add notes to the error of a run that cannot begin, because they may name its cause.
+   subroutine add_notes_to_error(error, notes)
+      type(error_type), allocatable, intent(inout) :: error  !< error, if any
+      character(len=*), intent(in) :: notes(:)  !< notes on the model
+      integer :: i
+
+      if (.not. allocated(error)) return
+      if (error%kind == error_interrupted) return
+      do i = 1, size(notes)
+         error%message = error%message//'; note: '//trim(notes(i))
+      end do
+   end subroutine add_notes_to_error
+
+   !> Note a material that no block uses, but that determines the default penalty.
+   pure subroutine note_stiffest(model, notes)
+      type(model_type), intent(in) :: model  !< model as read from the input
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
+      integer :: m, s, k
+
+      m = maxloc(model%materials%young_modulus, 1)
+      if (any(model%blocks%material == m)) return
+      do s = 1, size(model%stages)
+         if (.not. allocated(model%stages(s)%material)) cycle
+         associate (replacement => model%stages(s)%material)
+            if (any([(replacement(k) == m .and. k /= m, k=1, size(replacement))])) return
+         end associate
+      end do
+      associate (default => default_stiffness(model%materials))
+         if (abs(model%contact%normal_stiffness - default) > epsilon(1.0_wp)*default) return
+      end associate
+      call append_note(notes, 'no block has material '//quoted(trim(model%materials(m)%name))// &
+         ', but its young_modulus determines the default of normal_stiffness')
+   end subroutine note_stiffest
 
    !> Note cohesive joints that are not resolved by their points or by the time steps.
    subroutine note_softening(model, notes)

@@ -16,9 +16,10 @@ module dda_modes
    use dda_eigen, only: eigenpairs_type, find_lowest_eigenvalues, select_pairs
    use dda_errors, only: error_type
    use dda_linear_model, only: linear_model_type, energy_distribution_type, energy_of, &
-      set_moduli_at, is_dispersive, law_fractions, stiffness_weights
+      set_moduli_at, is_dispersive, law_fractions, scheme_of_mode, stiffness_weights
    use dda_linear_terms, only: stretch_of, mean_dashpot, end_dashpot, term_support, blocks_in, &
       block_of
+   use dda_scheme, only: scheme_type
    use dda_partition, only: join, name_parts
    use dda_scheme_response, only: free_damping, period_elongation
    use dda_sorting, only: ascending_order
@@ -72,12 +73,11 @@ contains
       modes%omega = sqrt(pairs%value)
       modes%frequency = modes%omega/(2.0_wp*pi)
       modes%residual = pairs%residual
-      modes%of_scheme = free_damping(linear%scheme, modes%omega, linear%time_step)
-      modes%elongation = period_elongation(linear%scheme, modes%omega, linear%time_step)
       call move_alloc(pairs%vector, modes%shape)
-      modes%damping = [(min(1.0_wp, modes%of_scheme(i) + dashpot_damping(linear, modes%omega(i), &
-         modes%shape(:, :, i)) + material_damping(linear, modes%omega(i), modes%shape(:, :, i))), &
-         i=1, modes%n)]
+      allocate (modes%of_scheme(modes%n), modes%elongation(modes%n), modes%damping(modes%n))
+      do i = 1, modes%n
+         call set_damping(linear, modes, i)
+      end do
       modes%total_mass = sum(linear%block_mass)
       allocate (modes%participation(2, modes%n), source=0.0_wp)
       do i = 1, modes%n
@@ -89,6 +89,25 @@ contains
       modes%effective_mass = modes%participation**2/modes%total_mass
       call write_mode_text(linear, count, modes)
    end subroutine find_modes
+
+   !> Set the damping ratios of mode i, and the elongation of its period by the scheme.
+   !> A dynamic factor f multiplies velocities in each step, so its damping ratio is −ln f/(2ωΔt).
+   subroutine set_damping(linear, modes, i)
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(modes_type), intent(inout) :: modes  !< modes with frequencies and shapes
+      integer, intent(in) :: i  !< number of the mode
+      type(scheme_type) :: scheme
+
+      associate (omega => modes%omega(i), shape => modes%shape(:, :, i), dt => linear%time_step)
+         scheme = scheme_of_mode(linear, energy_of(linear, shape))
+         modes%elongation(i) = period_elongation(scheme, omega, dt)
+         modes%of_scheme(i) = min(1.0_wp, free_damping(scheme, omega, dt) &
+            + dashpot_damping(linear, omega, shape, .true.) &
+            - log(max(tiny(1.0_wp), linear%dynamic_factor))/(2.0_wp*omega*dt))
+         modes%damping(i) = min(1.0_wp, modes%of_scheme(i) + dashpot_damping(linear, omega, &
+            shape, .false.) + material_damping(linear, omega, shape))
+      end associate
+   end subroutine set_damping
 
    !> Iterate each mode with the moduli at its own frequency until the frequency does not change.
    !> Each iteration first computes ω² from the energies of the present shape with the moduli at ω,
@@ -156,18 +175,21 @@ contains
       end do
    end function material_damping
 
-   !> Damping ratio of a mass-normalised mode due to dashpots other than the dashpots of supports.
-   pure real(wp) function dashpot_damping(linear, omega, shape) result(ratio)
+   !> Damping ratio of a mass-normalised mode due to dashpots of supports, or all other dashpots.
+   !> Supports are integrated by backward Euler in every scheme: their dashpots are numerical.
+   pure real(wp) function dashpot_damping(linear, omega, shape, of_supports) result(ratio)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: omega       !< rad/s
       real(wp), intent(in) :: shape(:,:)  !< [6,n]
+      logical, intent(in) :: of_supports  !< dashpots of supports; .false.: all others
       integer :: i
 
       ratio = 0.0_wp
       do i = 1, linear%terms%n
          associate (term => linear%terms%term(i))
-            if (term%instant /= mean_dashpot .and. (term%instant /= end_dashpot .or. &
-               term%kind == term_support)) cycle
+            if (all(term%instant /= [mean_dashpot, end_dashpot])) cycle
+            if (of_supports .neqv. (term%kind == term_support .and. term%instant == end_dashpot)) &
+               cycle
             ratio = ratio + term%coefficient*stretch_of(term, shape)**2/(2.0_wp*omega)
          end associate
       end do

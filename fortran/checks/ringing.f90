@@ -4,14 +4,15 @@
 !>
 !> If Ω = ωΔt exceeds 2/|θ − χ| (4 in DDA), one root of the scheme is negative and tends to 1 − 1/χ
 !> for large Ω, in DDA to −1: a stiff contact rings for about Ω²/8 steps after an impact.  Bonded
-!> contacts and strains have the roots of (θ, χ), unilateral contacts the roots of (1, χ).  Supports
-!> have the roots of backward Euler and do not ring; their stiffness is omitted here.
+!> contacts and strains have the roots of (θ, χ), unilateral contacts the roots of (1, χ), and other
+!> modes those of their mean θ.  Supports have the roots of backward Euler and do not ring; their
+!> stiffness is omitted here.
 module dda_ringing
    use dda_kinds, only: wp
    use dda_eigen, only: eigenpairs_type, find_largest_eigenvalue, suggested_tolerance
    use dda_errors, only: error_type
    use dda_linear_model, only: linear_model_type, energy_distribution_type, energy_of, &
-      set_penalty, kind_names
+      scheme_of_mode, set_penalty, kind_names
    use dda_scheme, only: scheme_type
    use dda_scheme_response, only: steps_to_decay
    use dda_text, only: short_text
@@ -38,20 +39,16 @@ contains
       type(linear_model_type) :: ungrounded
       type(eigenpairs_type) :: pairs
       type(energy_distribution_type) :: energy
-      real(wp) :: omega, steps(2)
+      real(wp) :: omega
 
       call copy_without_ground(linear, ungrounded)
       call find_largest_eigenvalue(ungrounded%stiffness, ungrounded%mass, max(1.0e-4_wp, &
          suggested_tolerance(ungrounded%n)), pairs, error)
       if (allocated(error)) return
       omega = sqrt(max(0.0_wp, pairs%value(1)))
-      steps = steps_to_decay([linear%scheme, scheme_type(1.0_wp, linear%scheme%chi)], omega, &
-         linear%time_step)
-      if (linear%n_unilateral == 0) steps(2) = 0.0_wp
-      if (linear%n_unilateral == linear%n_closed .and. linear%n_closed > 0) steps(1) = 0.0_wp
-      ringing%steps = maxval(steps)
-      ringing%resolution = omega*linear%time_step
       energy = energy_of(ungrounded, pairs%vector(:, :, 1))
+      ringing%steps = steps_to_decay(scheme_of_mode(linear, energy), omega, linear%time_step)
+      ringing%resolution = omega*linear%time_step
       call write_ringing_text(ringing, linear%scheme, trim(kind_names(maxloc(energy%fraction, 1))))
    end subroutine find_ringing
 

@@ -13,7 +13,7 @@ module sitedda
    use dda_input, only: read_model_file
    use dda_measure, only: measure_point
    use dda_model, only: model_type
-   use dda_model_notes, only: model_notes
+   use dda_model_notes, only: add_notes_to_error, model_notes
    use dda_settings, only: name_output
    use dda_output_reader, only: read_output => read_history
    use dda_run, only: run_type, begin_run, resume_run, continue_run, end_run, is_done
@@ -70,6 +70,7 @@ contains
       call add_notes(result, model_notes(analysis%model))
       call begin_simulation(simulation, analysis%model, error)
       if (.not. allocated(error)) call check_simulation(simulation, result, error)
+      call add_notes_to_error(error, model_notes(analysis%model))
       if (allocated(error)) return
       report = report_text(result)
       passes = result%worst_verdict /= verdict_fail

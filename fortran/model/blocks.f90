@@ -503,13 +503,22 @@ contains
       stress = [tensor(1, 1), tensor(2, 2), tensor(1, 2)]
    end function stress_of
 
-   !> Smaller side of a bounding box of block b along the axes of the model, m.
+   !> Smaller side of block b: the smallest width of its vertices normal to an edge, m.
    pure real(wp) function smaller_side(blocks, b) result(side)
       type(blocks_type), intent(in) :: blocks  !< blocks with their reference shapes
       integer, intent(in) :: b                 !< number of the block
+      real(wp) :: edge(2)
+      integer :: v
 
+      side = huge(1.0_wp)
       associate (shape => blocks%reference(:, blocks%first(b):blocks%first(b + 1) - 1))
-         side = minval(maxval(shape, 2) - minval(shape, 2))
+         do v = 1, size(shape, 2)
+            edge = shape(:, 1 + mod(v, size(shape, 2))) - shape(:, v)
+            edge = edge/norm2(edge)
+            associate (height => edge(1)*shape(2, :) - edge(2)*shape(1, :))
+               side = min(side, maxval(height) - minval(height))
+            end associate
+         end do
       end associate
    end function smaller_side
 

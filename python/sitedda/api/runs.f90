@@ -14,7 +14,7 @@ module api_runs
    use dda_interrupts, only: fail_if_stopped
    use dda_kinds, only: long
    use dda_model, only: model_type
-   use dda_model_notes, only: model_notes
+   use dda_model_notes, only: add_notes_to_error, model_notes
    use dda_process, only: process_id
    use dda_run, only: run_type, begin_run, prepare_run, resume_run, change_run, continue_run, &
       flush_run, save_run, end_run, is_done
@@ -56,6 +56,7 @@ contains
          else
             call begin_run(slots(handle)%run, model, writes == 1, error)
          end if
+         if (writes /= 2) call add_notes_to_error(error, slots(handle)%notes)
          if (allocated(error)) deallocate (slots(handle)%run)
       end if
    end subroutine open_run

@@ -134,10 +134,11 @@ def test_ringing_of_other_members(write_input):
 
 @pytest.mark.parametrize("integration", MEMBERS)
 def test_modes_have_damping_and_period_of_the_member(write_input, integration):
+    """Supports, integrated by backward Euler, hold 0.04 % of the energy."""
     modes = sitedda.modes(write_input(tower()), 3, integration=integration)
     expected = Scheme.named(integration).vibration(modes.frequency, 1e-3)
-    assert modes.damping == pytest.approx(expected.damping, rel=1e-9, abs=1e-12)
-    assert modes.elongation == pytest.approx(expected.elongation, rel=1e-9)
+    assert modes.damping == pytest.approx(expected.damping, rel=2e-3, abs=2e-4)
+    assert modes.elongation == pytest.approx(expected.elongation, rel=2e-3)
 
 
 # --- The commands ---------------------------------------------------------------------------------
@@ -253,20 +254,24 @@ def test_the_penalty_lowers_the_first_frequency_by_the_accuracy(
         assert (found.limit / stiff) ** 2 - 1 == pytest.approx((0.95**-2 - 1) / 100, rel=0.05)
 
 
-def test_contacts_at_the_limit_of_friction_stick_in_small_vibrations(write_input, tmp_path):
-    """The frequency of a run after a small pulse is that of the linear model."""
-    groups = stack(5, 0.2)
+def test_small_vibrations_of_a_run_are_those_of_the_linear_model(write_input, tmp_path):
+    """Contacts at the limit of friction stick; contacts that can open act at the end of a step."""
     pulse = group(
         "load", block="b4", x=0.0, y=4.99, time=[0.0, 4e-3, 8e-3], force_x=[0.0, 20.0, 0.0]
     )
-    model = write_input([*groups, pulse, group("output", history_interval=1)])
-    (first,) = sitedda.modes(model, 1).frequency
-    assert first == pytest.approx(sitedda.modes(model, 1, "closed").frequency[0], rel=1e-3)
+    model = write_input([*stack(5, 0.2), pulse, group("output", history_interval=1)])
+    first = sitedda.modes(model, 1)
+    (frequency,) = first.frequency
+    assert frequency == pytest.approx(sitedda.modes(model, 1, "closed").frequency[0], rel=1e-3)
     sitedda.run(model, output=tmp_path / "run.nc")
     with sitedda.open_output(tmp_path / "run.nc") as data:
-        motion = data["displacement"].sel(axis="x").squeeze()[100:].values
+        motion = data["displacement"].sel(axis="x").squeeze()[200:].values
     spectrum = np.abs(np.fft.rfft((motion - motion.mean()) * np.hanning(len(motion)), 80_000))
-    assert spectrum.argmax() / (80_000 * 2e-4) == pytest.approx(first, rel=0.01)
+    assert spectrum.argmax() / (80_000 * 2e-4) == pytest.approx(frequency, rel=0.01)
+    period = round(1 / (frequency * 2e-4))
+    early, late = (np.std(motion[k * period : (k + 1) * period]) for k in (2, 17))
+    damping = math.log(early / late) / (2 * math.pi * 15)
+    assert damping == pytest.approx(first.damping[0], rel=0.03) and damping > 0.005
     assert "of them slide" not in sitedda.modes(model, 1).words
     smooth = write_input(stack(5, 0.2, joint={"friction_angle": 0.0}))
     assert "10 of them slide" in sitedda.modes(smooth, 1).words
@@ -371,3 +376,40 @@ def test_wavelength_and_cell_size_are_compared_per_material(write_input):
     report = sitedda.check(file)
     line = finding(report.text, "element size")
     assert line.startswith("ok")  # 1/20 of a wavelength in the soil; 0.6 with the rock
+
+
+# --- Block sizes, and notes on probable mistakes --------------------------------------------------
+
+
+@pytest.mark.parametrize("degrees", [0.0, 30.0, 90.0])
+def test_the_size_of_a_thin_block_does_not_depend_on_its_direction(write_input, degrees):
+    """Waves of 1000 m/s cross slabs of 0.1 m in 1e-4 s."""
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    slabs = [rectangle(0.0, 0.1 * i, 10.0, 0.1) for i in range(3)]
+    turned = [np.reshape(slab, (-1, 2)) @ [[c, s], [-s, c]] for slab in slabs]
+    points = np.array([[1.0, 0.05], [9.0, 0.05]]) @ [[c, s], [-s, c]]
+    report = sitedda.check(write_input([
+        group("control", time_step=1e-3, steps=1, analysis="plane_strain"),
+        group("material", density=2000.0, pressure_velocity=1000.0, shear_velocity=500.0),
+        group("joint", friction_angle=30.0, cohesion=1e9, tensile_strength=1e9),
+        *(group("block", vertices=slab.ravel().tolist()) for slab in turned),
+        *(group("fixed_point", x=x, y=y, block="1") for x, y in points),
+    ]))  # fmt: skip
+    line = finding(report.text, "CFL")
+    assert "1e-4 s (P), 2e-4 s (S)" in line or "1.0e-4 s (P)" in line
+
+
+def test_the_error_of_a_start_includes_the_notes_on_the_model(write_input):
+    groups = changed(stack(2, 1.0), "control", gravity=[0.0, 9.81])
+    with pytest.raises(sitedda.SiteddaError, match=r"fall.*note: gravity = 0, 9.81 m/s² points up"):
+        sitedda.check(write_input(groups))
+
+
+def test_an_unused_material_that_determines_the_penalty_is_noted(write_input):
+    steel = group("material", name="steel", density=7850.0, young_modulus=2e11, poisson_ratio=0.3)
+    groups = changed(stack(2, 1.0), "material", name="stone")
+    groups = [(n, g | {"material": "stone"} if n == "block" else g) for n, g in groups]
+    note = "no block has material 'steel', but its young_modulus determines the default"
+    assert note in finding(sitedda.check(write_input([*groups, steel])).text, "input")
+    own = [*groups, steel, group("contact", normal_stiffness=1e12)]
+    assert "no block has" not in sitedda.check(write_input(own)).text

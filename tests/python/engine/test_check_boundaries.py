@@ -61,6 +61,23 @@ def test_the_check_warns_of_free_sides():
     assert line(lattice("tied", columns=3), "sides") is None
 
 
+@pytest.mark.parametrize(("height", "warns"), [(0.0, True), (20.0, False)])
+def test_points_at_the_foot_of_the_sides_fix_only_the_base(height, warns):
+    model = sitedda.Model("ground", time_step=1e-3, duration=1.0)
+    model.control(analysis="plane_strain")
+    model.material("soil", density=DENSITY, young_modulus=MODULUS, poisson_ratio=POISSON)
+    model.joint("joint", friction_angle=30.0)
+    model.block([[0, 0], [60, 0], [60, 20], [0, 20]], name="ground")
+    shaking = np.sin(np.linspace(0.0, 60.0, 500))
+    model.motion("shaking", quantity="acceleration", time_step=0.02, values=shaking)
+    for x in (0.0, 60.0):
+        model.fixed_point(x, height, motion_x="shaking")
+    for side in ("left", "right"):
+        model.boundary(side=side, kind="viscous")
+    sides = line(model, "sides")
+    assert (sides is not None and sides.verdict == "warn") == warns
+
+
 def test_level_ground_does_not_differ_from_its_free_fields():
     side_line = line(lattice("free_field", columns=3), "sides")
     assert side_line.verdict == "ok"
