@@ -78,9 +78,10 @@ contains
       if (any(model%blocks%material == m)) return
       do s = 1, size(model%stages)
          if (.not. allocated(model%stages(s)%material)) cycle
-         associate (replacement => model%stages(s)%material)
-            if (any([(replacement(k) == m .and. k /= m, k=1, size(replacement))])) return
-         end associate
+         do k = 1, size(model%stages(s)%material)
+            if (k == m) cycle
+            if (model%stages(s)%material(k) == m) return
+         end do
       end do
       associate (default => default_stiffness(model%materials))
          if (abs(model%contact%normal_stiffness - default) > epsilon(1.0_wp)*default) return
