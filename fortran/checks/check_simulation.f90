@@ -24,7 +24,8 @@ module dda_check_simulation
    use dda_ringing, only: ringing_type, find_ringing
    use dda_scheme_response, only: forced_damping
    use dda_simulation, only: simulation_type, block_name, gravity_is_sudden
-   use dda_text, only: counted, to_text, short_text
+   use dda_stage, only: stage_type
+   use dda_text, only: counted, quoted, to_text, short_text
    use dda_time_step, only: advance
    use dda_unresolved, only: count_unresolved
    implicit none
@@ -72,6 +73,7 @@ contains
       call find_significant_band(simulation%model%motions, report%band)
       call measure_blocks(simulation%blocks, report)
       call check_contacts(simulation, linear, report)
+      call check_stages(simulation%model%stages, report)
       call check_sudden_gravity(simulation, report)
       do i = 1, size(linear%bending)
          call add_line(report, verdict_warn, linear%bending(i)%topic, linear%bending(i)%text, &
@@ -101,6 +103,28 @@ contains
       if (present(off_diagonals)) off_diagonals = size(linear%stiffness%column, kind=long)
       call fail_if_stopped(error)
    end subroutine check_model
+
+   !> Warn if a later dynamic stage has longer steps or another integration than the first dynamic
+   !> stage, which the report describes.
+   subroutine check_stages(stages, report)
+      type(stage_type), intent(in) :: stages(:)  !< stages of the model
+      type(report_type), intent(inout) :: report  !< check report
+      integer :: first, s
+
+      first = findloc(stages%static, .false., 1)
+      do s = first + 1, merge(size(stages), 0, first > 0)
+         associate (stage => stages(s), checked => stages(first))
+            if (stage%static) cycle
+            if (stage%time_step <= checked%time_step .and. &
+               stage%integration == checked%integration) cycle
+            call add_line(report, verdict_warn, 'stages', 'lines on time steps describe stage '// &
+               quoted(trim(checked%name))//'; stage '//quoted(trim(stage%name))// &
+               ' has time_step = '//short_text(stage%time_step)//' s and integration = '// &
+               quoted(trim(stage%integration)), 'input', 'a check without the earlier stages')
+            return
+         end associate
+      end do
+   end subroutine check_stages
 
    !> Determine the sizes of blocks and their wave speeds for the report.
    subroutine measure_blocks(blocks, report)

@@ -413,3 +413,18 @@ def test_an_unused_material_that_determines_the_penalty_is_noted(write_input):
     assert note in finding(sitedda.check(write_input([*groups, steel])).text, "input")
     own = [*groups, steel, group("contact", normal_stiffness=1e12)]
     assert "no block has" not in sitedda.check(write_input(own)).text
+
+
+@pytest.mark.parametrize(("later", "warns"), [(1e-3, False), (2e-2, True)])
+def test_longer_steps_of_a_later_stage_are_reported(write_input, later, warns):
+    stages = [
+        group("stage", name=name, kind="dynamic", duration=0.1, time_step=step)
+        for name, step in (("short", 1e-3), ("long", later))
+    ]
+    groups = [
+        (name, {k: v for k, v in values.items() if k not in ("duration", "settle")})
+        for name, values in stack(2, 1.0)
+    ]
+    lines = sitedda.check(write_input([*groups, *stages])).lines
+    text = "".join(line.words for line in lines if line.topic == "stages")
+    assert ("describe stage 'short'; stage 'long' has time_step = 0.02 s" in text) == warns
