@@ -629,6 +629,22 @@ def test_a_water_level_ends_with_its_traction():
     assert len(pressure[~is_loaded]) and (pressure[~is_loaded] == 0.0).all()
 
 
+def test_a_stage_replaces_the_level_at_a_node():
+    """One level is dropped and another is added; both at once contradict each other."""
+    model = rigid(4.0, time_step=0.01, steps=None)
+    model.flow(state="steady", **CONSTANT)
+    model.flow_boundary(side="right", head=0.0)
+    for name, level in (("low", 3.0), ("high", 9.0)):
+        model.traction(name=name, side="left", level=level)
+    model.stage("before", kind="static")
+    stage = model.stage("after", kind="static", add="high", drop="low")
+    model.stage("run", duration=0.02)
+    assert at(data_of(model), 0.0) == pytest.approx(9810 * np.array([3, 9, 9, 9]), rel=1e-9)
+    stage(drop=None)
+    with pytest.raises(InputError, match="'high'.* 88290 Pa, but 29430 Pa by .*'low'"):
+        sitedda.Simulation(model)
+
+
 def test_water_flows_down_an_open_joint_with_unit_gradient():
     """Both ends are open: the gradient along the dip is 1, the pressure 0."""
     angle = np.radians(-60)
