@@ -72,7 +72,9 @@ contains
       character(len=:), allocatable, intent(inout) :: failure  !< reason why there is no solution
       type(circuit_type) :: circuit
       type(table_type) :: table
+      real(wp) :: link(size(group%node), size(group%node)), sum_of_links(size(group%node))
       real(wp) :: pressure(size(group%node)), scale
+      integer, allocatable :: order(:)
       logical :: table_found, faces_found
       integer :: round, n
 
@@ -87,15 +89,16 @@ contains
       table = table_type(spread(1.0_wp, 1, n), spread(0.5_wp, 1, n), spread(.true., 1, n), &
          spread(0, 1, n))
       do round = 1, most_rounds
-         circuit%conductance = network%conductance(circuit%channel)/circuit%unit &
-            *conducting(table%wet(circuit%ends(1, :)), table%wet(circuit%ends(2, :)))
-         call solve_heads(circuit)
+         call set_conductances(circuit, network, table%wet)
+         call eliminate_nodes(circuit, link, sum_of_links, order)
+         call improve_heads(circuit, link, sum_of_links, order, .true.)
          scale = maxval(abs(circuit%head))
          pressure = merge(0.0_wp, circuit%head - circuit%elevation, circuit%fixed)
          call move_table(table, pressure, scale, round > free_rounds, table_found)
          call revise_seepage(circuit, pressure, rounding*scale, faces_found)
          if (table_found .and. faces_found) exit
       end do
+      if (round <= most_rounds) call improve_heads(circuit, link, sum_of_links, order, .false.)
       fixed(group%node) = circuit%fixed
       head(group%node) = circuit%head
       flux(circuit%channel) = circuit%unit*circuit%flux
@@ -131,34 +134,51 @@ contains
       circuit%head = head(group%node)
       where (.not. circuit%fixed) circuit%head = sum(circuit%head, circuit%fixed) &
          /count(circuit%fixed)
+      circuit%rest = 0.0_wp*circuit%head
+      allocate (circuit%conductance(size(circuit%channel)), circuit%flux(size(circuit%channel)))
    end function circuit_of
 
-   !> Find heads and fluxes for the present conductances and fixed heads.
-   pure subroutine solve_heads(circuit)
-      type(circuit_type), intent(inout) :: circuit  !< receives heads and fluxes
-      real(wp) :: link(size(circuit%head), size(circuit%head)), sum_of_links(size(circuit%head))
-      real(wp) :: surplus(size(circuit%head))
-      integer :: order(count(.not. circuit%fixed)), pass
+   !> Set the conductances for the present water table.
+   pure subroutine set_conductances(circuit, network, wet)
+      type(circuit_type), intent(inout) :: circuit  !< receives the conductances
+      type(network_type), intent(in) :: network     !< network of the model
+      real(wp), intent(in) :: wet(:)                !< [nodes] see `table_type`
+      integer :: c
 
-      call eliminate_nodes(circuit, link, sum_of_links, order)
-      circuit%rest = 0.0_wp*circuit%head
-      do pass = 1, most_passes
-         call set_fluxes(circuit)
+      do c = 1, size(circuit%channel)
+         circuit%conductance(c) = network%conductance(circuit%channel(c))/circuit%unit &
+            *conducting(wet(circuit%ends(1, c)), wet(circuit%ends(2, c)))
+      end do
+   end subroutine set_conductances
+
+   !> Find heads once for new conductances, or else their rounding errors by iterative refinement.
+   pure subroutine improve_heads(circuit, link, sum_of_links, order, is_new)
+      type(circuit_type), intent(inout) :: circuit  !< receives heads and fluxes
+      real(wp), intent(in), contiguous :: link(:,:), sum_of_links(:)  !< see `eliminate_nodes`
+      integer, intent(in) :: order(:)               !< eliminated nodes in their order
+      logical, intent(in) :: is_new                 !< the conductances have changed
+      real(wp) :: surplus(size(circuit%head))
+      integer :: pass
+
+      if (is_new) circuit%rest = 0.0_wp
+      if (is_new) call set_fluxes(circuit)
+      do pass = 1, merge(1, most_passes, is_new)
          surplus = merge(0.0_wp, circuit%source - outflow_of_nodes(circuit), circuit%fixed)
          if (maxval(abs(surplus)) <= flux_error*maxval(abs(circuit%flux))) exit
          call find_heads_of(surplus, link, sum_of_links, order)
-         if (pass == 1) then
+         if (is_new) then
             circuit%head = circuit%head + surplus
          else
             circuit%rest = circuit%rest + surplus
          end if
+         call set_fluxes(circuit)
       end do
-   end subroutine solve_heads
+   end subroutine improve_heads
 
    !> Find the changes of head that carry away a surplus at each node.
    pure subroutine find_heads_of(surplus, link, sum_of_links, order)
       real(wp), intent(inout) :: surplus(:)   !< [nodes] m²/s divided by `unit`; becomes heads, Pa
-      real(wp), intent(in) :: link(:,:), sum_of_links(:)  !< see `eliminate_nodes`
+      real(wp), intent(in), contiguous :: link(:,:), sum_of_links(:)  !< see `eliminate_nodes`
       integer, intent(in) :: order(:)         !< eliminated nodes in their order
       integer :: k
 
@@ -178,56 +198,83 @@ contains
    !> The column of a node then holds its conductances to nodes that are eliminated later.
    pure subroutine eliminate_nodes(circuit, link, sum_of_links, order)
       type(circuit_type), intent(in) :: circuit   !< with conductances
-      real(wp), intent(out) :: link(:,:)          !< [nodes,nodes] conductances between nodes
+      real(wp), intent(out), contiguous :: link(:,:)  !< [nodes,nodes] conductances between nodes
       real(wp), intent(out) :: sum_of_links(:)    !< [nodes] also to nodes of known head
-      integer, intent(out) :: order(:)            !< eliminated nodes in their order
+      integer, allocatable, intent(out) :: order(:)  !< eliminated nodes in their order
       real(wp) :: to_fixed(size(link, 1)), share
-      integer :: neighbours(size(link, 1)), c, i, j, k
-      integer, allocatable :: near(:)
+      integer :: neighbours(size(link, 1)), near(size(link, 1)), count_near, c, i, j, k
 
+      allocate (order(count(.not. circuit%fixed)))
       link = 0.0_wp
       to_fixed = 0.0_wp
+      neighbours = merge(huge(1), 0, circuit%fixed)
       do c = 1, size(circuit%conductance)
          associate (g => circuit%conductance(c), a => circuit%ends(1, c), b => circuit%ends(2, c))
-            if (all(circuit%fixed([a, b]))) cycle
             if (circuit%fixed(a)) then
                to_fixed(b) = to_fixed(b) + g
             else if (circuit%fixed(b)) then
                to_fixed(a) = to_fixed(a) + g
             else if (a /= b) then
+               if (.not. link(a, b) > 0.0_wp) then
+                  neighbours(a) = neighbours(a) + 1
+                  neighbours(b) = neighbours(b) + 1
+               end if
                link(a, b) = link(a, b) + g
                link(b, a) = link(a, b)
             end if
          end associate
       end do
-      neighbours = count(link > 0.0_wp, 1)
-      where (circuit%fixed) neighbours = huge(1)
       do k = 1, size(order)
          order(k) = minloc(neighbours, 1)
          associate (node => order(k))
-            near = pack([(i, i=1, size(link, 1))], link(:, node) > 0.0_wp)
-            sum_of_links(node) = to_fixed(node) + sum(link(near, node))
+            count_near = 0
+            do i = 1, size(link, 1)
+               if (.not. link(i, node) > 0.0_wp) cycle
+               count_near = count_near + 1
+               near(count_near) = i
+            end do
+            sum_of_links(node) = to_fixed(node) + sum(link(near(:count_near), node))
             neighbours(node) = huge(1)
-            link(node, near) = 0.0_wp
-            do j = 1, size(near)
+            do j = 1, count_near
                share = link(near(j), node)/sum_of_links(node)
                to_fixed(near(j)) = to_fixed(near(j)) + share*to_fixed(node)
-               link(near, near(j)) = link(near, near(j)) + share*link(near, node)
-               link(near(j), near(j)) = 0.0_wp
+               call join_neighbours(share, link(:, node), near(:count_near), near(j), &
+                  link(:, near(j)), neighbours(near(j)))
+               link(node, near(j)) = 0.0_wp
             end do
-            neighbours(near) = count(link(:, near) > 0.0_wp, 1)
          end associate
       end do
    end subroutine eliminate_nodes
 
+   !> Connect a node with the other neighbours of an eliminated node.
+   pure subroutine join_neighbours(share, eliminated, near, own, column, neighbours)
+      real(wp), intent(in) :: share            !< conductance to the eliminated node/its sum
+      real(wp), intent(in), contiguous :: eliminated(:)  !< column of the eliminated node
+      integer, intent(in), contiguous :: near(:)         !< its neighbours
+      integer, intent(in) :: own                         !< the node, one of them
+      real(wp), intent(inout), contiguous :: column(:)   !< column of the node
+      integer, intent(inout) :: neighbours     !< number of neighbours of the node
+      integer :: i
+
+      do i = 1, size(near)
+         if (near(i) == own) cycle
+         if (.not. column(near(i)) > 0.0_wp) neighbours = neighbours + 1
+         column(near(i)) = column(near(i)) + share*eliminated(near(i))
+      end do
+      neighbours = neighbours - 1  ! the eliminated node
+   end subroutine join_neighbours
+
    !> Set the fluxes that follow from the heads.
    pure subroutine set_fluxes(circuit)
       type(circuit_type), intent(inout) :: circuit  !< with heads
+      integer :: c
 
-      associate (a => circuit%ends(1, :), b => circuit%ends(2, :))
-         circuit%flux = circuit%conductance*((circuit%head(a) - circuit%head(b)) &
-            + (circuit%rest(a) - circuit%rest(b)))
-      end associate
+      do c = 1, size(circuit%flux)
+         associate (a => circuit%ends(1, c), b => circuit%ends(2, c))
+            circuit%flux(c) = circuit%conductance(c)*((circuit%head(a) - circuit%head(b)) &
+               + (circuit%rest(a) - circuit%rest(b)))
+         end associate
+      end do
    end subroutine set_fluxes
 
    !> Return the outflow from each node into its channels, m²/s divided by `unit`.
