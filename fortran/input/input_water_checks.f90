@@ -22,7 +22,7 @@ contains
       type(model_type), intent(in) :: model      !< model with its stages
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(edge_load_type) :: loads(size(model%edge_loads))
+      type(edge_load_type), allocatable :: loads(:)
       real(wp), allocatable :: unit_weight(:)
       logical :: has_steady
       integer :: s
