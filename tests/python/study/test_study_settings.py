@@ -9,7 +9,7 @@ from functools import reduce
 from pathlib import Path
 
 import pytest
-from model_text import tower
+from model_text import changed, tower
 
 import sitedda
 from sitedda.errors import InputError
@@ -117,7 +117,7 @@ def test_figures_of_tasks_use_names_of_their_results(
 
 
 def test_results_of_tasks_have_known_names(write_input, tmp_path):
-    file = write_input(tower(steps=5))
+    file = write_input(changed(tower(steps=5), "control", gravity=[0.0, -9.81]))
     for task in TASKS:
         table = sitedda.study(file, {"material.density": [2500.0]}, task=task,
                               folder=tmp_path / task, executor=None)  # fmt: skip
