@@ -11,9 +11,8 @@ module dda_advice
    use dda_text, only: to_text
    implicit none
    private
-   public :: penalty_type
-   public :: find_first_frequency, find_stiff_limit, find_penalty_for_frequency, &
-      find_penalty_for_shift
+   public :: penalty_type, first_mode_type
+   public :: find_first_mode, find_stiff_limit, find_penalty_for_frequency, find_penalty_for_shift
 
    !> Recommended normal stiffness, and its effects.
    type :: penalty_type
@@ -42,20 +41,8 @@ module dda_advice
 
 contains
 
-   !> Find the first frequency above zero at a given penalty.
-   !> All springs and supports are scaled to this penalty.
-   subroutine find_first_frequency(linear, normal_stiffness, frequency, error)
-      type(linear_model_type), intent(inout) :: linear  !< linearised model
-      real(wp), intent(in) :: normal_stiffness  !< N/m per metre of thickness
-      real(wp), intent(out) :: frequency  !< Hz
-      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      type(first_mode_type) :: mode
-
-      call find_first_mode(linear, normal_stiffness, mode, error)
-      frequency = mode%frequency
-   end subroutine find_first_frequency
-
    !> Find the first mode above zero at a given penalty.
+   !> All springs and supports are scaled to this penalty.
    subroutine find_first_mode(linear, normal_stiffness, mode, error)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       real(wp), intent(in) :: normal_stiffness  !< N/m per metre of thickness

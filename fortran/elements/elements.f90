@@ -32,10 +32,9 @@ module dda_elements
    public :: elements_type, set_elements, register, list_linear_terms, pack_terms, add_packed, &
       add_forces, update_stored, account_elements, prepare_elements, revise_elements, &
       slope_beyond, unconverged_block, has_unconverged_bounds, table_search_failed, check_flow, &
-      bolt_states, &
-      get_flow_states, accept_elements, match_velocities, freeze_elements, balance_elements, &
-      serialise_elements, face_forces, set_free_field_motion, node_columns, channel_columns, &
-      block_stress, stress_error, plastic_strain, body_energies
+      bolt_states, get_flow_states, accept_elements, match_velocities, freeze_elements, &
+      balance_elements, serialise_elements, face_forces, set_free_field_motion, node_columns, &
+      channel_columns, block_stress, stress_error, plastic_strain, body_energies
 
    !> One kind of elements.
    type :: kind_type

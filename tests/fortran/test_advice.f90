@@ -2,7 +2,7 @@
 !> The recommended parameters yield the requested values.
 module test_advice
    use dda_kinds, only: wp
-   use dda_advice, only: penalty_type, find_first_frequency, find_stiff_limit, &
+   use dda_advice, only: penalty_type, first_mode_type, find_first_mode, find_stiff_limit, &
       find_penalty_for_frequency, find_penalty_for_shift
    use dda_linear_model, only: linear_model_type
    use check_models, only: layered_site, drum_column, brick_wall, loose_blocks, linear_of
@@ -17,7 +17,7 @@ contains
    !> The paper finds the penalty of its column by trial (§3.2).
    subroutine penalty_that_matches_a_frequency()
       real(wp), parameter :: targets(4) = [1.0_wp, 3.2_wp, 4.3_wp, 50.0_wp]
-      real(wp) :: frequency
+      type(first_mode_type) :: mode
       integer :: i
 
       call linear_of(linear, drum_column('1.0e8', ''), 'closed')
@@ -25,8 +25,8 @@ contains
          call find_penalty_for_frequency(linear, targets(i), penalty, error)
          call check_no_error(error, 'penalty')
          call check(penalty%reached .and. penalty%solves < 30, 'found soon')
-         call find_first_frequency(linear, penalty%normal_stiffness, frequency, error)
-         call check_close(frequency, targets(i), 'frequency with it', relative=1.0e-7_wp)
+         call find_first_mode(linear, penalty%normal_stiffness, mode, error)
+         call check_close(mode%frequency, targets(i), 'frequency with it', relative=1.0e-7_wp)
       end do
       call check(index(penalty%text, 'normal_stiffness') == 1, 'in words')
       call find_penalty_for_frequency(linear, 200.0_wp, penalty, error)
@@ -41,13 +41,14 @@ contains
    end subroutine penalty_that_matches_a_frequency
 
    subroutine penalty_within_a_shift()
-      real(wp) :: limit, frequency
+      real(wp) :: limit
+      type(first_mode_type) :: mode
 
       call linear_of(linear, layered_site(), 'closed')
       call find_stiff_limit(linear, limit, error)
       call check_no_error(error, 'limit')
-      call find_first_frequency(linear, 1.0e15_wp, frequency, error)
-      call check_close(limit, frequency, 'limit', relative=1.0e-4_wp)
+      call find_first_mode(linear, 1.0e15_wp, mode, error)
+      call check_close(limit, mode%frequency, 'limit', relative=1.0e-4_wp)
       call check(limit > 14.188_wp .and. limit < 14.25_wp, 'a little above the continuum''s Vs/4H')
       call find_penalty_for_shift(linear, 1.0_wp, penalty, error)
       call check_no_error(error, 'shift')
