@@ -48,6 +48,9 @@ contains
       omega = sqrt(max(0.0_wp, pairs%value(1)))
       energy = energy_of(ungrounded, pairs%vector(:, :, 1))
       ringing%steps = steps_to_decay(scheme_of_mode(linear, energy), omega, linear%time_step)
+      ! Bonded contacts may ring longer, in a mode that is less stiff.
+      if (linear%n_unilateral < linear%n_closed) ringing%steps = max(ringing%steps, &
+         steps_to_decay(linear%scheme, omega, linear%time_step))
       ringing%resolution = omega*linear%time_step
       call write_ringing_text(ringing, linear%scheme, trim(kind_names(maxloc(energy%fraction, 1))))
    end subroutine find_ringing

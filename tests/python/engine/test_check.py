@@ -277,6 +277,24 @@ def test_small_vibrations_of_a_run_are_those_of_the_linear_model(write_input, tm
     assert "10 of them slide" in sitedda.modes(smooth, 1).words
 
 
+AREAL = {"normal_stiffness_per_area": 1e10}
+
+
+@pytest.mark.parametrize(
+    "joint",
+    [AREAL, {"cohesion": 1e4}, {"contact_points": 5}, {"law": "plesha", "asperity_angle": 8.0},
+     {"law": "mohr_coulomb", "residual_friction_angle": 25.0, "weakening_slip": 0.01},
+     {"law": "crushing", "crushing_strength": 1e7, "contact_points": 9},
+     {"law": "continuously_yielding", "initial_friction_angle": 45.0, "roughness": 1e-3,
+      "shear_stiffness_per_area": 1e9} | AREAL],
+)  # fmt: skip
+def test_contacts_of_each_law_stick_in_small_vibrations(write_input, joint):
+    model = write_input(stack(5, 0.2, joint=joint))
+    assert sitedda.modes(model, 2).frequency == pytest.approx(
+        sitedda.modes(model, 2, "closed").frequency, rel=1e-3
+    )
+
+
 def test_a_penalty_without_effect_or_limit_is_an_error(write_input, tmp_path):
     areal = write_input(stack(3, 1.0, joint={"normal_stiffness_per_area": 1e10}))
     with pytest.raises(sitedda.SiteddaError, match="no closed contact has the stiffness"):
